@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
@@ -55,6 +55,9 @@ class Cell:
     def __post_init__(self) -> None:
         if self.spheres not in GEOMETRIES:
             raise UnknownNameError("sphere set", text("spheres", self.spheres), GEOMETRIES)
+        for attribute, kind in (("arms", Arm), ("obstacles", Obstacle)):
+            for each in given(attribute, getattr(self, attribute), Sequence, "a tuple"):
+                given(f"one of the {attribute}", each, kind, f"an {kind.__name__}")
         for name in (self.name, *self.arm_names, *(obstacle.name for obstacle in self.obstacles)):
             if not is_name(name):
                 raise MmpError(f"a cell, or something in it, is named {reprlib.repr(name)}; a name must be {NAMES}")

@@ -104,6 +104,8 @@ class AnyOf:
     depth: int
 
     def __init__(self, goals: Iterable[GivenGoal]) -> None:
+        if isinstance(goals, str | Mapping) or not isinstance(goals, Iterable):
+            raise refused("goals", goals, "a list of goals")
         object.__setattr__(self, "goals", tuple(as_goal(goal, "a goal in AnyOf") for goal in goals))
         inner = [goal for goal in self.goals if isinstance(goal, AnyOf)]
         object.__setattr__(self, "count", len(self.goals) - len(inner) + sum(goal.count for goal in inner))

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.argument_checks import given
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.problem import Problem
@@ -33,6 +34,9 @@ class Plan(ReadOnly):
         accelerations: arm name -> [t, dof] [rad/s^2], of a retimed plan.
         max_acceleration: arm name -> [dof] [rad/s^2], limits of a retimed plan.
         max_jerk: arm name -> [dof] [rad/s^3], limits of a retimed plan.
+
+    Raises:
+        MmpError: if one that maps arm names to arrays is no mapping.
     """
 
     problem: Problem
@@ -44,6 +48,13 @@ class Plan(ReadOnly):
     accelerations: Mapping[str, Float[np.ndarray, "t dof"]] | None = None
     max_acceleration: Mapping[str, Float[np.ndarray, "dof"]] | None = None
     max_jerk: Mapping[str, Float[np.ndarray, "dof"]] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("positions", "velocities", "accelerations", "max_acceleration", "max_jerk"):
+            value = getattr(self, name)
+            if value is not None or name == "positions":
+                given(f"{name} of a plan", value, Mapping, "a mapping from arm name to array")
+        super().__post_init__()
 
     @brief
     def __repr__(self) -> str:

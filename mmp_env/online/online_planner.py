@@ -94,6 +94,8 @@ class OnlinePlanner:
         max_jerk: JointLimits = None,
         clock: Callable[[], float] | None = None,
     ) -> None:
+        if clock is not None and not callable(clock):
+            raise refused("clock", clock, "a function that returns the time [s], or None")
         moving = [obstacle for obstacle in given_cell(cell).obstacles if obstacle.speed]
         self._cell = replace(cell, obstacles=tuple(each for each in cell.obstacles if not each.speed))
         problem = make_problem(self._cell, start, start, max_velocity=max_velocity, margin=margin)

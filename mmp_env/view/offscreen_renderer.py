@@ -7,8 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from mmp_env.argument_checks import whole
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
+from mmp_env.opengl import MAX_PIXELS
 from mmp_env.sim.arm_colors import arm_color
 from mmp_env.sim.camera_view import GivenView, as_camera_view
 from mmp_env.sim.rendering import Camera, Line
@@ -87,8 +89,9 @@ def fitting_height(shown: Float[np.ndarray, "p 3"], width: int, camera: GivenVie
         camera: a view, its name or its numbers, see `as_camera_view`. With a distance the height is the usual one.
 
     Raises:
-        MmpError: for a camera that is not allowed.
+        MmpError: for a width or a camera that is not allowed.
     """
+    whole("width", width, 1, MAX_PIXELS)
     view = as_camera_view(camera)
     if view is not None and view.distance is not None:
         return HEIGHT

@@ -1,0 +1,33 @@
+"""Arguments of another kind than allowed end with one sentence. A process of its own runs without the type checks."""
+
+import subprocess
+import sys
+
+BEGIN = """
+import numpy as np
+import mmp_env as m
+cell = m.find_cell("ring-2")
+zero = {name: np.zeros(6) for name in cell.arm_names}
+rows = {name: np.zeros((1, 6)) for name in cell.arm_names}
+rest = m.Plan(problem=m.make_problem(cell, zero, zero), times=np.zeros(1), positions=rows)
+"""
+SENTENCES = {
+    "m.Cell(name='c', arms=('arm0',))": "one of the arms is 'arm0'; it must be an Arm",
+    "m.Cell(name='c', arms=3)": "arms is 3; it must be a tuple",
+    "m.Cell(name='c', arms=cell.arms, obstacles=(3,))": "one of the obstacles is 3; it must be an Obstacle",
+    "m.AnyOf(3)": "goals is 3; it must be a list of goals",
+    "m.AnyOf('home')": "goals is 'home'; it must be a list of goals",
+    "m.OnlinePlanner(cell, zero, clock=3)": "clock is 3; it must be a function that returns the time [s], or None",
+    "m.Plan(problem=rest.problem, times=np.zeros(1), positions=3)": (
+        "positions of a plan is 3; it must be a mapping from arm name to array"
+    ),
+    "m.save_picture(rest, 'p.png', width='wide')": (
+        "width is 'wide'; it must be a whole number, 1 or more, and 4096 at most"
+    ),
+}
+
+
+def test_arguments_of_another_kind_are_refused_with_one_sentence():
+    calls = "\n".join(f"try:\n    {call}\nexcept m.MmpError as error:\n    print(error)" for call in SENTENCES)
+    run = subprocess.run([sys.executable, "-c", f"{BEGIN}\n{calls}"], capture_output=True, text=True, check=False)
+    assert run.stdout.splitlines() == list(SENTENCES.values()), run.stderr

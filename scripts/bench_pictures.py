@@ -1,0 +1,74 @@
+"""Times of pictures, films, trees and recordings: a JSON line each. Usage: bench_pictures.py [CELL...]
+
+For instance 0 of task `reach` in each cell: a picture of one moment, fine and not; a frame of a film that is not fine,
+as the mean over a film in WebP of the plan of `auto`; the drawing of the conflict tree of `apf-ecbs`; and the time that
+a recording of that search takes, beside planning, with its size.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+from figure import print_figure, timed
+
+from mmp_cli.arguments import Parser
+from mmp_cli.main import run_script
+from mmp_env import Problem, SearchTree, draw_problem, find_cell, save_film, save_picture
+from mmp_env.view.films import frame_times
+from mmp_env.view.rerun import RerunWatcher
+from mmp_planners import make
+
+CELLS = ("ring-8", "line-48")
+REPEATS, LIMIT_S = 3, 10.0
+FPS, SIZE = 10, {"width": 640, "height": 360}
+
+
+def main() -> None:
+    """Prints the figures of each cell."""
+    parser = Parser("bench_pictures.py", __doc__, argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("cells", nargs="*", metavar="CELL", help=f"default: {' '.join(CELLS)}")
+    for name in parser.parse().cells or CELLS:
+        with tempfile.TemporaryDirectory() as folder:
+            measure(name, draw_problem(find_cell(name), seed=0), Path(folder))
+
+
+def measure(name: str, problem: Problem, folder: Path) -> None:
+    """Prints the figures of one instance."""
+    plan = make("auto").plan(problem, seed=0, time_limit=LIMIT_S).plan
+    if plan is None:
+        print_figure(f"pictures_{name}_plans", 0, "plans")
+        return
+    arms, path = len(problem.cell.arms), folder / "picture.png"
+    for kind, fine in (("picture", False), ("fine_picture", True)):
+        times = timed(lambda: save_picture(plan, path, moments=["middle"], fine=fine, **SIZE), REPEATS)  # noqa: B023
+        print_figure(f"{kind}_{name}", times[0], "s", arms=arms)
+    film = folder / "film.webp"
+    times = timed(lambda: save_film(plan, film, fps=FPS, fine=False, **SIZE), 1)
+    frames = len(frame_times(plan.makespan_s, FPS))
+    print_figure(f"film_frame_{name}", times[0] / frames, "s", arms=arms, frames=frames, size_mb=megabytes(film))
+    tree = SearchTree()
+    planner = make("apf-ecbs")
+    planner.plan(problem, seed=0, time_limit=LIMIT_S, watch=tree)
+    times = timed(lambda: tree.save(folder / "tree.svg"), REPEATS)
+    print_figure(f"tree_drawing_{name}", times[0], "s", nodes=len(tree.nodes), size_mb=megabytes(folder / "tree.svg"))
+    recording = folder / "search.rrd"
+    watched = timed(lambda: record(problem, recording), REPEATS)
+    alone = timed(lambda: planner.plan(problem, seed=0, time_limit=LIMIT_S), REPEATS)
+    print_figure(f"recording_{name}", watched[0] - alone[0], "s", nodes=len(tree.nodes), size_mb=megabytes(recording))
+
+
+def record(problem: Problem, path: Path) -> None:
+    """Plans and writes the recording."""
+    with RerunWatcher(problem, path) as watcher:
+        watcher.show_plan(make("apf-ecbs").plan(problem, seed=0, time_limit=LIMIT_S, watch=watcher).plan)
+
+
+def megabytes(path: Path) -> float:
+    """Returns the size of a file [MB]."""
+    return round(path.stat().st_size / 1e6, 2)
+
+
+if __name__ == "__main__":
+    run_script(main)

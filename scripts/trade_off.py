@@ -54,11 +54,12 @@ def trade_off_figure(figures: Figures) -> RenderedFigure:
             drawn = list(points(figures, arms))
             line = [point for point in drawn if point.label == OURS or point.label.startswith(_AT_THE_END)]
             panel.plot([point.nodes for point in line], [point.cost for point in line], color=INK, linewidth=0.8)
+            places: dict[tuple[float, float], list[str]] = {}
             for point in drawn:
                 panel.plot([point.nodes], [point.cost], styles[point.label].marker, color=styles[point.label].colour)
-                panel.annotate(
-                    point.label, (point.nodes, point.cost), (4, 4), textcoords="offset points", fontsize=7, color=INK
-                )
+                places.setdefault((point.nodes, round(point.cost, 3)), []).append(point.label)
+            for place, here in places.items():
+                panel.annotate(", ".join(here), place, (4, 4), textcoords="offset points", fontsize=7, color=INK)
             logarithmic(panel, which="x", from_zero=True)
             panel.margins(x=0.35, y=0.15)
             panel.set_title(f"{arms} arms", loc="left")

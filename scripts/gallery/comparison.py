@@ -47,12 +47,13 @@ def comparison(first: Search, second: Search, figures: Figures) -> str:
         aside = x + (wide - canvas.width) / 2
         out.append(element("g", *canvas.edges, *canvas.nodes, transform=f"translate({aside:.1f} {top:.1f})"))
         x += wide + _BETWEEN
-    width = x - _BETWEEN + _BORDER
+    foot = list(_foot(first, second, figures))
+    width = max(x - _BETWEEN + _BORDER, *(text_width(line, _TEXT) + 2 * _BORDER for line in foot))
     y = top + max(canvas.height for canvas in canvases) + 4
     legend, high = draw_legend(_together(first.tree, second.tree), "numbered", width - 2 * _BORDER)
     out.append(element("g", *legend, transform=f"translate({_BORDER} {y:.1f})"))
     y += high + 8
-    for line in _foot(first, second, figures):
+    for line in foot:
         y += _LINE
         out.append(words(line, _BORDER, y, size=_TEXT, **_FAINT))
     return svg_page(out, width, y + _BORDER, f"Conflict trees of ecbs and apf-ecbs on {first.problem.name}")
@@ -70,7 +71,7 @@ def _foot(first: Search, second: Search, figures: Figures) -> Iterator[str]:
     mean, ratio = figure["value"], figure["ratio"]
     yield (
         f"One instance, {first.problem.name}: among {figure['instances']} its ratio of expanded nodes,"
-        f" {first.expanded / max(second.expanded, 1):.1f}, is closest"
+        f" {first.expanded / second.expanded:.1f}, is closest"
     )
     ratios = f"{ratio:.1f}: {mean:.1f} against {mean / ratio:.1f} nodes"
     yield f"to that of the means, {ratios}. In a disc: the conflicts that are left."

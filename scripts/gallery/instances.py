@@ -71,7 +71,13 @@ def first_small(seeds: Iterable[int] = SEEDS, arms: int = ARMS) -> Search:
 
 
 def typical(ratio: float, seeds: Iterable[int] = SEEDS, arms: int = ARMS) -> tuple[Search, Search]:
-    """Returns ecbs and apf-ecbs on the seed whose ratio of expanded nodes is closest to `ratio`."""
+    """Returns ecbs and apf-ecbs on the seed whose ratio of expanded nodes is closest to `ratio`.
+
+    Searches of apf-ecbs that expand no node have no ratio.
+    """
     # A generator keeps the best pair only: the events of a search hold all its paths.
     pairs = ((search("ecbs", seed, arms), search("apf-ecbs", seed, arms)) for seed in seeds)
-    return min(pairs, key=lambda pair: abs(pair[0].expanded / max(pair[1].expanded, 1) - ratio))
+    return min(
+        (pair for pair in pairs if pair[1].expanded > 0),
+        key=lambda pair: abs(pair[0].expanded / pair[1].expanded - ratio),
+    )

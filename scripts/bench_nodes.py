@@ -21,6 +21,7 @@ from resampling import interval
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.main import run_script
 from mmp_env import Plan, draw_problem, find_cell
+from mmp_env.errors import MmpError
 from mmp_planners import make
 
 CELLS = ("ring-4", "ring-6", "ring-8")
@@ -49,11 +50,13 @@ def compare(name: str, count: int) -> None:
             times.append([result.stats["planning_time_s"] for result in results])
             last_arms.append([rest_and_travel(result.plan) for result in results if result.plan is not None])
     of_ecbs, ours = np.array(nodes, dtype=float).T
+    if not ours.any():
+        raise MmpError(f"apf-ecbs expands no node on {len(ours)} instances of {name}, so there is no ratio")
     low, high = interval(of_ecbs, ours, least=1.0)
     slower, faster = np.median(times, axis=0)
     print_figure(
         f"nodes_{name}",
-        float(of_ecbs.sum() / max(ours.sum(), 1)),
+        float(of_ecbs.sum() / ours.sum()),
         "times fewer expanded nodes",
         low=rounded(low),
         high=rounded(high),

@@ -21,8 +21,10 @@ from figure import print_figure, rounded
 from mmp_cli.arguments import Parser, seconds, seed, setting, whole
 from mmp_cli.main import run_script
 from mmp_env import Cell, draw_problem, find_cell
+from mmp_env.errors import MmpError
 from mmp_planners import make
 from mmp_planners.planner import Planner
+from mmp_planners.tree_planner import TreePlanner
 
 CELLS = ("ring-4", "ring-6", "ring-8")
 SEED_STEP = 1000
@@ -78,6 +80,9 @@ def main() -> None:
     )
     parser.add_argument("--exact", action="store_true", help="exact geometry instead of the cell's spheres")
     args = parser.parse()
+    for name in (args.planner, args.base):
+        if not isinstance(make(name), TreePlanner):
+            raise MmpError(f"planner '{name}' has no conflict tree, so there are no nodes to compare")
     label = " ".join([args.planner, *(f"{option}={value}" for option, value in args.set)])
     for name in args.cells:
         cell = replace(find_cell(name), spheres="exact") if args.exact else find_cell(name)

@@ -25,6 +25,8 @@ from mmp_cli.main import run_script
 from mmp_env.errors import MmpError, UnknownNameError
 
 SCRIPTS = ROOT / "scripts"
+ON_PAGES = 50
+"""Number of instances of each cell on the pages of docs."""
 MMP = [sys.executable, "-P", "-c", "import sys; from mmp_cli.main import main; sys.exit(main())"]
 __doc__ = __doc__.format(parts=", ".join(PARTS)) if __doc__ else None
 
@@ -58,12 +60,16 @@ def arguments() -> argparse.Namespace:
     parser.add_argument(
         "--instances", type=Path, metavar="DIR", help="folder of panda-circle-N.json and .published.csv"
     )
-    parser.add_argument("--count", type=whole, default=50, metavar="N", help="instances of each cell (default: 50)")
+    parser.add_argument(
+        "--count", type=whole, default=ON_PAGES, metavar="N", help="instances of each cell (default: 50)"
+    )
     parser.add_argument("--time-limit", type=seconds, default=10.0, metavar="S", help="for each run (default: 10)")
     parser.add_argument("--workers", type=whole, default=1, metavar="N", help="runs at a time (default: 1)")
     args = parser.parse()
     if "circles" in args.parts and not args.instances:
         raise MmpError("the part 'circles' needs --instances, the folder of panda-circle-N.json")
+    if "pages" in (args.parts or PARTS) and args.count < ON_PAGES:
+        raise MmpError(f"the pages have {ON_PAGES} instances of each cell; --count {args.count} is fewer")
     return args
 
 

@@ -14,7 +14,7 @@ from mmp_planners.planner import About
 PLANNERS = {
     "auto": "default: a cheap plan in short time",
     "rrt-connect": "a quick first plan, of all arms at once",
-    "prioritized": "short paths, one arm after the other",
+    "prioritized": "one arm after the other",
     "apf-ecbs": "the paper's algorithm with our defaults: repulsion keeps its tree small",
     "apf-ecbs-nf": "`apf-ecbs` without the fast track",
     "ecbs": "no repulsion, a larger tree",

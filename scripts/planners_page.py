@@ -62,7 +62,7 @@ another one.
 CHOICES = {
     "group-rrt": "a quick first plan, also of many arms (`shorten=0` returns it without shortcuts, and longer)",
     "rrt-connect": "the baseline of composite planning",
-    "prioritized": "short paths in crowded cells, without a conflict tree",
+    "prioritized": "one arm after the other, without a conflict tree",
     "apf-ecbs": "the paper's algorithm with our defaults (`preset=paper` has the paper's): few nodes",
     "ecbs": "the same search without repulsion",
     "gen-ecbs": "several constraint kinds in one search",

@@ -16,7 +16,7 @@ import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from benchmarks import PARTS, REPORTED, REPRODUCED
+from benchmarks import LINES, PARTS, REPORTED, REPRODUCED
 from claims import COLUMNS, claims_table, summary
 from figure import commit
 from measured import FIGURES, PLAIN, RESULTS, condition, folder_figures, median_load, read_figures
@@ -29,6 +29,7 @@ from written_pages import bring_up_to_date, checking_parser, filled
 
 from mmp_cli.machine import machine
 from mmp_cli.main import run_script
+from mmp_cli.reporting.formatting import NOTHING
 from mmp_env.errors import MmpError
 
 PAGE = RESULTS / "README.md"
@@ -149,18 +150,18 @@ def _claims(results: Path) -> str:
 
 
 def _durations(results: Path) -> str:
-    """Returns the duration of each part, and the sum of those that `reproduce_paper.sh` runs by default."""
+    """Returns the duration of each part, and the sum of those that `reproduce_paper.sh --instances` runs."""
     figures = read_figures(results)
     lines = {part: figures[f"duration_{part}"] for part in PARTS if f"duration_{part}" in figures}
     if not lines:
         return "Not measured yet: the next measurement writes the duration of each part.\n"
     rows = [["part", "duration", "runs at a time", "instances", "time limit"]]
     for part, line in lines.items():
-        words = [f"`{part}`", f"{line['value'] / 60:.1f} min", line["workers"], line["count"]]
-        rows.append([*map(str, words), f"{line['time_limit_s']:g} s"])
+        how = [str(line["workers"]), str(line["count"]), f"{line['time_limit_s']:g} s"]
+        rows.append([f"`{part}`", f"{line['value'] / 60:.1f} min", *([NOTHING] * 3 if part in LINES else how)])
     total = ""
     if set(REPRODUCED) <= lines.keys():
-        hours = sum(lines[part]["value"] for part in REPRODUCED) / 3600
+        hours = sum(lines[part]["value"] for part in {*REPRODUCED, "circles"} & lines.keys()) / 3600
         total = f"\nAll parts of `scripts/reproduce_paper.sh` together took {hours:.1f} hours.\n"
     return as_table(iter(rows)) + total
 

@@ -79,6 +79,7 @@ def test_the_fast_track_of_the_paper_is_compared_with_none(module, tmp_path, row
     kept(tmp_path / "literal", {"literal-track": [2] * 6})
     (pair,) = module("claims").literal_track(tmp_path)
     assert (pair.theirs.label, pair.ratio("expanded_nodes").value) == ("apf-ecbs-nf", 3.0)
+    assert module("claims").literal_track(tmp_path, ("track",)) == []
 
 
 def test_the_summary_counts_rows_that_are_the_same_in_all_cells(module):

@@ -140,6 +140,8 @@ def test_the_typical_instance_has_the_ratio_nearest_to_that_of_the_means(part, m
     monkeypatch.setattr(instances, "search", lambda name, seed, arms: stand_in(5, expanded=counts[name][seed]))
     first, second = instances.typical(5.1, range(3))
     assert (first.expanded, second.expanded) == (55, 10)
+    with pytest.raises(MmpError, match="none of the seeds"):
+        instances.typical(5.1, range(1))
 
 
 def test_the_hit_of_the_fast_track_is_the_one_on_the_page_and_resolves_the_conflict(part):

@@ -42,7 +42,7 @@ class Cell:
 
     Raises:
         UnknownNameError: for an unknown sphere set.
-        MmpError: for a bad or repeated name, or a cell without arms.
+        MmpError: for a bad or repeated name, a cell without arms, or arms and obstacles of another kind.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Cell:
         if self.spheres not in GEOMETRIES:
             raise UnknownNameError("sphere set", text("spheres", self.spheres), GEOMETRIES)
         for attribute, kind in (("arms", Arm), ("obstacles", Obstacle)):
-            for each in given(attribute, getattr(self, attribute), Sequence, "a tuple"):
+            for each in given(attribute, getattr(self, attribute), Sequence, "a tuple or list"):
                 given(f"one of the {attribute}", each, kind, f"an {kind.__name__}")
         for name in (self.name, *self.arm_names, *(obstacle.name for obstacle in self.obstacles)):
             if not is_name(name):

@@ -96,7 +96,7 @@ class AnyOf:
         depth: number of `AnyOf` in one another, itself included.
 
     Raises:
-        MmpError: for no goal, more than 1000, and more than 8 `AnyOf` in one another.
+        MmpError: for what is no list of goals, no goal, more than 1000, and more than 8 `AnyOf` in one another.
     """
 
     goals: tuple[Goal, ...]
@@ -104,7 +104,7 @@ class AnyOf:
     depth: int
 
     def __init__(self, goals: Iterable[GivenGoal]) -> None:
-        if isinstance(goals, str | Mapping) or not isinstance(goals, Iterable):
+        if isinstance(goals, str | Mapping) or not isinstance(goals, Iterable) or _is_scalar(goals):
             raise refused("goals", goals, "a list of goals")
         object.__setattr__(self, "goals", tuple(as_goal(goal, "a goal in AnyOf") for goal in goals))
         inner = [goal for goal in self.goals if isinstance(goal, AnyOf)]
@@ -114,6 +114,11 @@ class AnyOf:
             raise MmpError(f"any of {self.count} goals; it needs at least one, and {MOST_GOALS} at most")
         if self.depth > DEEPEST:
             raise MmpError(f"any of goals is nested {self.depth} times; {DEEPEST} is the most")
+
+
+def _is_scalar(value: object) -> bool:
+    """Returns whether the value is a NumPy array without a dimension, which calls itself iterable and is not."""
+    return isinstance(value, np.ndarray) and value.ndim == 0
 
 
 Goal: TypeAlias = JointGoal | PoseGoal | NamedGoal | Stay | AnyOf

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from mmp_env.errors import MmpError
 from mmp_planners.conflict_tree.fast_track import RepulsionOfSeveralArms, RepulsiveFastTrack
 from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification, ShortenedModification, yielding
 from mmp_planners.conflict_tree.selection import Focal
@@ -108,12 +109,21 @@ class RepulsivePlanner(OneKindPlanner):
     )
     parked_yield: bool = option(
         RepulsiveModification.parked_yield,
-        "ours: repel an arm that has arrived too, as long as another arm moves; it returns",
+        "ours: repel an arm that has arrived too, as long as another arm moves; it returns. No last resort then",
     )
     shorten_paths: bool = option(
         False, "shorten each repelled path, clear of the arms that it is clear of; off (paper-literal): keep detours"
     )
     trace: bool = option(RepulsiveModification.trace, "give watchers every iterate of ModifyMotion; changes no plan")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.floor >= self.d0:
+            raise MmpError(
+                f"option 'floor' is {self.floor!r} and d0 {self.d0!r}; the floor must be less, or no force acts"
+            )
+        if 0 < self.stretch < 1:
+            raise MmpError(f"option 'stretch' is {self.stretch!r}; it must be 0 for none, or 1 at least")
 
     def modification(self) -> Modification:
         """Returns ModifyMotion with these options."""

@@ -130,7 +130,9 @@ class TreePlanner(abc.ABC):
             tree = self.grow(run, counts, watch)
             exhausted = tree.run(run.seed)
             run.take(tree.best, tree.found_s)
-            if shorten(run, self.shorten, self.dt) and tree.best is not None:
+            if shorten(run, self.shorten, self.dt) and tree.best is not None and run.best is not None:
+                if run.best.bound_met is not None:
+                    run.best = dataclasses.replace(run.best, bound_met=run.best.cost <= tree.good_cost)
                 run.emit_plan(watch, node=counts.generated_nodes, parent=tree.best.node, dt=self.dt)
         except StopPlanning:
             if tree is not None and run.best is None:

@@ -70,11 +70,11 @@ def _foot(first: Search, second: Search, figures: Figures) -> Iterator[str]:
     figure = figures[_BOTH]
     mean, ratio = figure["value"], figure["ratio"]
     yield (
-        f"One instance, {first.problem.name}: among {figure['instances']} its ratio of expanded nodes,"
-        f" {first.expanded / second.expanded:.1f}, is closest"
+        f"One instance, {first.problem.name}. Of those on which apf-ecbs expands a node, its ratio of"
+        f" expanded nodes, {first.expanded / second.expanded:.1f},"
     )
     ratios = f"{ratio:.1f}: {mean:.1f} against {mean / ratio:.1f} nodes"
-    yield f"to that of the means, {ratios}. In a disc: the conflicts that are left."
+    yield f"is closest to that of the means, {ratios}. In a disc: the conflicts that are left."
 
 
 def _together(first: SearchTree, second: SearchTree) -> SearchTree:

@@ -73,11 +73,12 @@ def first_small(seeds: Iterable[int] = SEEDS, arms: int = ARMS) -> Search:
 def typical(ratio: float, seeds: Iterable[int] = SEEDS, arms: int = ARMS) -> tuple[Search, Search]:
     """Returns ecbs and apf-ecbs on the seed whose ratio of expanded nodes is closest to `ratio`.
 
-    Searches of apf-ecbs that expand no node have no ratio.
+    Searches of apf-ecbs that expand no node have no ratio. Raises `MmpError` if there are no others.
     """
     # A generator keeps the best pair only: the events of a search hold all its paths.
     pairs = ((search("ecbs", seed, arms), search("apf-ecbs", seed, arms)) for seed in seeds)
-    return min(
-        (pair for pair in pairs if pair[1].expanded > 0),
-        key=lambda pair: abs(pair[0].expanded / pair[1].expanded - ratio),
-    )
+    branched = (pair for pair in pairs if pair[1].expanded > 0)
+    best = min(branched, key=lambda pair: abs(pair[0].expanded / pair[1].expanded - ratio), default=None)
+    if best is None:
+        raise MmpError("apf-ecbs expands a node for none of the seeds")
+    return best

@@ -130,12 +130,14 @@ def _cost(result: PlanResult, cost: float, problem: Problem) -> str:
     if bound <= 0:
         return f"{cost:.2f} {unit}"
     text = f"{cost:.2f} {unit}, {cost / bound:.3f} x the straight lines"
-    w = (result.plan.planner if result.plan else {}).get("options", {}).get("w")
+    options = (result.plan.planner if result.plan else {}).get("options", {})
+    w, straight = options.get("w"), options.get("bound") == "straight"
     if not isinstance(w, int | float):
         return text
     if cost <= w * bound:
         return f"{text}: at most {w:g} x the best"
-    return f"{text}; bound {'met' if result.stats.get('bound_met') else 'not met'}: {w:g} x the planner's own costs"
+    met, costs = result.stats.get("bound_met"), "the straight lines" if straight else "the planner's own costs"
+    return f"{text}; bound {'met' if met else 'not met'}: {w:g} x {costs}"
 
 
 def _margin(outcome: Outcome, problem: Problem) -> str:

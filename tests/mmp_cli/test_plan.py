@@ -44,6 +44,12 @@ def test_an_environment_id_is_planned_checked_and_executed(mmp, tmp_path):
     assert mmp("check", out).code == 0
 
 
+def test_the_summary_names_what_the_bound_on_the_cost_relates_to(mmp):
+    words = ["plan", "MultiArmCell-4", "--seed", 2, "--planner", "apf-ecbs", "--set", "w=1.05", "--set"]
+    assert "bound not met: 1.05 x the straight lines" in mmp(*words, "bound=straight").out
+    assert "1.05 x the planner's own costs" in mmp(*words, "bound=paths").out
+
+
 def test_the_same_command_gives_the_same_file(mmp, tmp_path):
     for name in ("one", "other"):
         assert mmp("plan", "MultiArmCell-2", "--planner", "ecbs", "--seed", 5, "--out", tmp_path / name).code == 0

@@ -13,9 +13,10 @@ rest = m.Plan(problem=m.make_problem(cell, zero, zero), times=np.zeros(1), posit
 """
 SENTENCES = {
     "m.Cell(name='c', arms=('arm0',))": "one of the arms is 'arm0'; it must be an Arm",
-    "m.Cell(name='c', arms=3)": "arms is 3; it must be a tuple",
+    "m.Cell(name='c', arms=3)": "arms is 3; it must be a tuple or list",
     "m.Cell(name='c', arms=cell.arms, obstacles=(3,))": "one of the obstacles is 3; it must be an Obstacle",
     "m.AnyOf(3)": "goals is 3; it must be a list of goals",
+    "m.AnyOf(np.array(3.0))": "goals is array(3.); it must be a list of goals",
     "m.AnyOf('home')": "goals is 'home'; it must be a list of goals",
     "m.OnlinePlanner(cell, zero, clock=3)": "clock is 3; it must be a function that returns the time [s], or None",
     "m.Plan(problem=rest.problem, times=np.zeros(1), positions=3)": (

@@ -8,6 +8,7 @@ from reference.repulsion import path_forces
 from support import two_arms
 
 from mmp_env import core
+from mmp_env.errors import MmpError
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.rings import ring_cell
 from mmp_env.problems.making import make_problem
@@ -105,6 +106,12 @@ def test_constraints_are_kept(step):
     kept = RepulsiveModification(step=step)(there, paths, 0, [ball])
     assert kept is not None
     assert not breaks(kept.path)
+
+
+@pytest.mark.parametrize(("options", "words"), [({"floor": 0.1}, "'floor'"), ({"stretch": 0.5}, "'stretch'")])
+def test_options_with_which_nothing_would_ever_move_are_refused(options, words):
+    with pytest.raises(MmpError, match=words):
+        ApfEcbs(**options)
 
 
 def test_far_from_others_nothing_is_moved():

@@ -43,6 +43,14 @@ def test_a_shortened_plan_costs_no_more_and_passes_the_checker(planner):
     assert short.stats["cost_rad"] == pytest.approx(short.plan.cost_rad)
 
 
+def test_a_plan_that_is_shortened_to_the_bound_meets_it():
+    options = {"bound": "straight", "w": 1.05}
+    found = mmp_planners.make("apf-ecbs", **options).plan(ring(), seed=2).stats
+    short = mmp_planners.make("apf-ecbs", **options, shorten=400).plan(ring(), seed=2).stats
+    assert (found["cost_ratio"] <= 1.05, found["bound_met"]) == (False, False)
+    assert (short["cost_ratio"] <= 1.05, short["bound_met"]) == (True, True)
+
+
 @pytest.mark.parametrize("planner", ["rrt-connect", "prioritized", "apf-ecbs"])
 def test_the_shortened_plan_is_emitted_as_a_child_of_the_plan_as_found(planner):
     events = []

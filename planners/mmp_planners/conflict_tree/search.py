@@ -75,6 +75,8 @@ class ConflictTree:
     """Time from the start of the run to the first solution [s]."""
     exhausted: bool = False
     failed_trees: int = 0
+    good_cost: float = 0.0
+    """Largest cost [rad] that meets the bound, when `best` was last tested."""
 
     def __post_init__(self) -> None:
         self._tree_number = 0
@@ -136,7 +138,8 @@ class ConflictTree:
         while not self._is_out_of_time(open_nodes):  # l. 5
             bound = self._lower_bound(open_nodes)
             if self.best is not None:  # l. 7-8
-                self.best = dataclasses.replace(self.best, bound_met=self.best.cost <= self.selection.w * bound)
+                self.good_cost = self.selection.w * bound
+                self.best = dataclasses.replace(self.best, bound_met=self.best.cost <= self.good_cost)
                 if self._is_good_enough(self.best, open_nodes):
                     return True
             if not open_nodes:

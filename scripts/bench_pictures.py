@@ -13,6 +13,7 @@ import itertools
 import tempfile
 import time
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 from figure import print_figure, timed
@@ -27,7 +28,8 @@ from mmp_planners import make
 
 CELLS = ("ring-8", "line-48")
 REPEATS, LIMIT_S = 3, 10.0
-FPS, FRAMES, SIZE = 10, 20, {"width": 640, "height": 360}
+FPS, FRAMES = 10, 20
+WIDTH, HEIGHT = 640, 360
 
 
 def main() -> None:
@@ -46,7 +48,8 @@ def measure(name: str, problem: Problem, folder: Path) -> None:
         raise MmpError(f"auto finds no plan for {problem.name} in {LIMIT_S:g} s")
     arms, path = len(problem.cell.arms), folder / "picture.png"
     for kind, fine in (("picture", False), ("fine_picture", True)):
-        times = timed(lambda: save_picture(plan, path, moments=["middle"], fine=fine, **SIZE), REPEATS)  # noqa: B023
+        shot = partial(save_picture, plan, path, moments=["middle"], fine=fine, width=WIDTH, height=HEIGHT)
+        times = timed(shot, REPEATS)
         print_figure(f"{kind}_{name}", times[0], "s", arms=arms)
     for kind, fine in (("film_frame", False), ("fine_film_frame", True)):
         print_figure(f"{kind}_{name}", frame_seconds(plan, fine), "s", arms=arms, frames=FRAMES)
@@ -63,7 +66,7 @@ def measure(name: str, problem: Problem, folder: Path) -> None:
 
 def frame_seconds(plan: Plan, fine: bool) -> float:
     """Returns the mean time of a frame [s] after the first, which starts OpenGL."""
-    with closing(frames(plan, fps=FPS, fine=fine, **SIZE)) as shown:
+    with closing(frames(plan, fps=FPS, fine=fine, width=WIDTH, height=HEIGHT)) as shown:
         next(shown)
         begin = time.perf_counter()
         for _ in itertools.islice(shown, FRAMES):

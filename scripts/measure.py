@@ -61,7 +61,7 @@ def arguments() -> argparse.Namespace:
         "--instances", type=Path, metavar="DIR", help="folder of panda-circle-N.json and .published.csv"
     )
     parser.add_argument(
-        "--count", type=whole, default=ON_PAGES, metavar="N", help="instances of each cell (default: 50)"
+        "--count", type=whole, default=ON_PAGES, metavar="N", help=f"instances of each cell (default: {ON_PAGES})"
     )
     parser.add_argument("--time-limit", type=seconds, default=10.0, metavar="S", help="for each run (default: 10)")
     parser.add_argument("--workers", type=whole, default=1, metavar="N", help="runs at a time (default: 1)")

@@ -117,7 +117,7 @@ class AnyOf:
 
 
 def _is_scalar(value: object) -> bool:
-    """Returns whether the value is a NumPy array without a dimension, which calls itself iterable and is not."""
+    """Returns whether the value is a NumPy array of a single number. It counts as `Iterable`, but has no elements."""
     return isinstance(value, np.ndarray) and value.ndim == 0
 
 

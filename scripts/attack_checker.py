@@ -39,8 +39,8 @@ carries the robot, which is imported."""
 IMPORTED = Path(mmp_env.__file__).parent / "robots" / "piper" / "piper.xml"
 QUICK, TIME_LIMIT_S = "rrt-connect", 2.0
 """Planner of plans in which violations are planted, and of those that another one does not find in time; limit [s]."""
-KNOWN_PLANS = 40
-"""Plans of a process in which faults are planted."""
+KNOWN_PLANS = 80
+"""Number of plans in which violations are planted."""
 
 
 def main() -> int:
@@ -78,8 +78,7 @@ def attacked(number: int) -> tuple[str, bool, str]:
     for attempt in itertools.count():
         rng = np.random.default_rng((number, attempt))
         kind = list(KINDS)[number % len(KINDS)]
-        known = int(rng.integers(KNOWN_PLANS)) + KNOWN_PLANS * (number % 2)
-        given = copy.deepcopy(planned(known, QUICK)[1])
+        given = copy.deepcopy(planned(int(rng.integers(KNOWN_PLANS)), QUICK)[1])
         if KINDS[kind].plant(given, rng):
             broken = {violation.rule for violation in check_plan(given).violations}
             return kind, KINDS[kind].rule in broken, f"{number}, attempt {attempt}"

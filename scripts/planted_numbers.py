@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from attacked_plan import Document, Plant, Rng, any_arm, is_retimed, meant_cell, rows_of
@@ -25,6 +26,38 @@ def leave_limits(given: Document, rng: Rng) -> bool:
     given["positions"][arm] = rows[arm].tolist()
     given["positions"][arm][k][joint] = float(rng.choice([robot.lower[joint] - 1e-6, robot.upper[joint] + 1e-6]))
     return True
+
+
+def shrink_carried(file: str) -> Plant:
+    """Returns a violation: the shapes in one file of a carried robot, hulls.json or spheres.json, shrink to a half."""
+
+    def plant(given: Document, rng: Rng) -> bool:
+        robots = given["problem"]["cell"].get("robots")
+        if not robots:
+            return False
+        content = robots[str(rng.choice(sorted(robots)))]
+        content[file] = _halved(content[file])
+        return True
+
+    return plant
+
+
+def raise_carried(given: Document, rng: Rng) -> bool:
+    """Raises the velocity of a joint of a carried robot by 1e-6 rad/s."""
+    robots = given["problem"]["cell"].get("robots")
+    if not robots:
+        return False
+    joints = robots[str(rng.choice(sorted(robots)))]["robot.json"]["joints"]
+    joints[int(rng.integers(len(joints)))]["velocity"] += 1e-6
+    return True
+
+
+def _halved(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _halved(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_halved(part) for part in value]
+    return value / 2 if isinstance(value, float) else value
 
 
 def lower_limit(key: str) -> Plant:

@@ -9,7 +9,7 @@ from support import checkout_scripts
 
 from mmp_env.check import RULES
 
-COUNT = 34
+COUNT = 37
 """Number of kinds of violations."""
 
 

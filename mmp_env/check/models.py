@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ from mmp_env.robot_folders import find_robot, find_tool, robot_names, tool_names
 DATA = Path(__file__).parent.parent
 _MAIN = {"robots": "robot.json", "tools": "tool.json"}
 _SPHERES, _HULLS, _MJCF = "spheres.json", "hulls.json", ".xml"
+_HASH = "sha256"
+"""Entry beside the files of a carried robot or tool: the hash of their content."""
 _ORIGIN = "origin"
 """Field of hulls.json that says where the hulls are from."""
 _MOST_JOINTS, _MOST_MODELS = 64, 64
@@ -144,9 +147,30 @@ def _carried(data: Any, kind: str) -> dict[str, CheckedModel]:
         names = [file for file in files if file.endswith(_MJCF)] if isinstance(files, Mapping) else []
         if len(names) != 1:
             raise UnreadableError(f"{where} does not have one file NAME{_MJCF}")
-        known(files, (_MAIN[kind], _SPHERES, _HULLS, names[0]), where)
+        known(files, (_MAIN[kind], _SPHERES, _HULLS, names[0], _HASH), where)
         out[key] = _model(names[0].removesuffix(_MJCF), kind, files, where)
+        told = files.get(_HASH)
+        if told is not None and told != _hash({name: files[name] for name in files if name != _HASH}, where):
+            raise UnreadableError(f"{where} was changed after the file was written: its {_HASH} is of other content")
     return out
+
+
+def _hash(files: Mapping[str, Any], where: str) -> str:
+    """Returns the SHA-256 of JSON text with sorted keys, in which every number is a float, and none is -0.0.
+
+    Raises:
+        UnreadableError: for a value that JSON does not have.
+    """
+    try:
+        text = json.dumps(files, default=lambda array: array.tolist())
+    except (TypeError, ValueError, AttributeError, RecursionError):
+        raise UnreadableError(f"{where} holds a value that JSON does not have") from None
+    text = json.dumps(json.loads(text, parse_int=_plain, parse_float=_plain), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _plain(number: str) -> float:
+    return float(number) + 0.0  # which is 0.0 for -0.0
 
 
 def _model(name: str, kind: str, files: Mapping[str, Any], where: str) -> CheckedModel:

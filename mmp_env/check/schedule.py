@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from mmp_env.check import check_document
+from mmp_env.check import KIND_RULES, check_document
 from mmp_env.check.checked import Solid
 from mmp_env.check.fields import UnreadableError, known, listed, margin_m, member, numbers, positive, shown
 from mmp_env.check.model import CellModel
@@ -16,9 +16,9 @@ from mmp_env.check.object_clearances import check_windows, joined, sinking
 from mmp_env.check.objects import handle, windows
 from mmp_env.check.order import Pair, broken_order
 from mmp_env.check.reading import read_cell, read_objects
-from mmp_env.check.report import CheckReport
+from mmp_env.check.report import CheckReport, Violation
 from mmp_env.check.schedule_motion import Motion, proof_times
-from mmp_env.check.sweep import ROUNDING_M
+from mmp_env.check.sweep import ROUNDING_M, largest_found
 from mmp_env.check.work import Work, broken_rules, read_events, read_jobs
 
 SCHEMA = "mmp-schedule/1"
@@ -84,11 +84,28 @@ def check_schedule_document(document: Mapping[str, Any], *, exact: bool = False)
             found = windows(handled, max(motion.end for motion in motions.values()))
             broken += sinking(work, found)
             report = joined(report, check_windows(plan, work, found, exact=exact))
+        broken += _untrue_clearances(document, report) if not exact else ()
         if not handled.faults:
             broken += broken_order(work, pairs, _distance(document, objects), handled)
         return dataclasses.replace(report, violations=(*report.violations, *broken))
     except UnreadableError as error:
         return CheckReport(violations=(error.violation,))
+
+
+def _untrue_clearances(document: Mapping[str, Any], report: CheckReport) -> Iterator[Violation]:
+    """Yields a violation for each clearance in `proof` that is larger than the one that the check found."""
+    stated = document.get("proof")
+    if stated is None:
+        return
+    known(stated, tuple(KIND_RULES), "proof")
+    for kind, metres in stated.items():
+        proved = (report.proved_m or {}).get(kind)
+        if metres is None or proved is None:
+            continue
+        most = largest_found(proved)
+        if not numbers(metres, (), f"proof.{kind}") <= most:
+            text = f"proof.{kind} is {metres:.6g} m, but the clearance of the motion is at most {most:.6g} m"
+            yield Violation(rule="proof", message=text, values={"stated": metres, "most": most})
 
 
 def _distance(document: Mapping[str, Any], objects: Sequence[Solid]) -> float:

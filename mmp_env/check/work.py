@@ -22,7 +22,7 @@ from mmp_env.check.schedule_motion import Motion
 
 TIME_TOLERANCE_S = 1e-6
 """Tolerance [s] of begins, ends and waits, for the rounding of sums."""
-RULES = ("jobs", "events", "goal", "line", "order", "objects")
+RULES = ("jobs", "events", "goal", "line", "order", "objects", "proof")
 """Rules of schedules beyond those of plans."""
 _KINDS = ("move", "line", "grasp", "release", "wait", "yield")
 

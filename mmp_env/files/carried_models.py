@@ -6,6 +6,7 @@ or tool by its key. JSON files are objects, and the MJCF, whose file is `NAME.xm
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -24,6 +25,8 @@ NO_TOOL = "none"
 MOST_CARRIED = 64
 """Largest numbers of robots and of tools that a cell carries."""
 _MJCF = ".xml"
+_HASH = "sha256"
+"""Entry beside the files of a robot or tool, which shows a later change of them."""
 _Model = TypeVar("_Model", Robot, Tool)
 
 
@@ -59,11 +62,27 @@ def carried_keys(arms: Iterable[Arm]) -> tuple[dict[Robot, str], dict[Tool, str]
 
 
 def carried_to_dict(keys: Mapping[_Model, str]) -> dict[str, dict[str, Any]]:
-    """Returns key -> file -> content of robots or tools."""
-    return {
-        key: {file: json.loads(text) for file, text in sorted(model.files.items())} | {model.name + _MJCF: model.mjcf}
-        for model, key in keys.items()
-    }
+    """Returns key -> file -> content of robots or tools, each with the hash of its files."""
+    out = {}
+    for model, key in keys.items():
+        files = {file: json.loads(text) for file, text in sorted(model.files.items())}
+        files[model.name + _MJCF] = model.mjcf
+        out[key] = files | {_HASH: _hash(files)}
+    return out
+
+
+def _without_hash(files: Mapping[str, Any]) -> dict[str, Any]:
+    return {file: content for file, content in files.items() if file != _HASH}
+
+
+def _hash(files: Mapping[str, Any]) -> str:
+    """Returns the SHA-256 of JSON text with sorted keys, in which every number is a float, and none is -0.0."""
+    content = json.loads(json.dumps(files), parse_int=_number, parse_float=_number)
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _number(text: str) -> float:
+    return float(text) + 0.0  # which is 0.0 for -0.0
 
 
 def _read(
@@ -83,12 +102,18 @@ def _read(
             raise MmpError(f"{place / key} has the name of one that is built in; choose another name")
         out[key] = _model(files, place / key, build)
         _compile(out[key], parts, f"{place / key}: {out[key].name}{_MJCF}")
+        told = files.get(_HASH)
+        if told is not None and told != _hash(_without_hash(files)):
+            raise MmpError(
+                f"{place / key} was changed after the file was written; leave out its '{_HASH}' to use the change"
+            )
     return out
 
 
 def _model(files: Any, place: Location, build: Callable[[str, Mapping[str, str], str], _Model]) -> _Model:
     if not isinstance(files, dict):
         raise place.wrong(files, "an object of file -> content")
+    files = _without_hash(files)
     names = [file.removesuffix(_MJCF) for file in files if file.endswith(_MJCF)]
     if len(names) != 1 or not is_name(names[0]):
         raise MmpError(f"{place} has {len(names)} files NAME{_MJCF}; it must have one, whose NAME is {NAMES}")

@@ -194,3 +194,15 @@ def test_any_joint_that_moves_at_rest_is_found():
         rows = _rows(data, arm)
         rows[-1][int(rng.integers(6))] += 0.01
         assert not check_schedule_document(data).valid
+
+
+@pytest.mark.parametrize("kind", ["arms", "obstacles", "self"])
+def test_a_stated_clearance_that_the_motion_does_not_have_is_found(kind):
+    data = planned()
+    proved = check_schedule_document(data).proved_m[kind]
+    assert data["proof"][kind] <= proved * 1.02 + 1e-4
+    data["proof"][kind] = proved * 1.03 + 2e-4
+    (violation,) = check_schedule_document(data).violations
+    assert violation.rule == "proof"
+    assert f"proof.{kind} is" in violation.message
+    assert check_schedule_document(data, exact=True).valid

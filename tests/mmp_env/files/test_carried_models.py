@@ -3,6 +3,7 @@
 import copy
 import json
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -57,7 +58,7 @@ def test_robots_of_one_name_and_other_content_have_different_keys(foreign, folde
     data = cell_to_dict(foreign)
     assert [arm["robot"] for arm in data["arms"]] == ["arm", "arm-2", "ur5e-2", "arm", "panda"]
     assert list(data["robots"]) == ["arm", "arm-2", "ur5e-2"]
-    assert set(data["robots"]["ur5e-2"]) == {"robot.json", "spheres.json", "hulls.json", "ur5e.xml"}
+    assert set(data["robots"]["ur5e-2"]) == {"robot.json", "spheres.json", "hulls.json", "ur5e.xml", "sha256"}
     assert str(folder) not in json.dumps(data)
 
 
@@ -234,7 +235,7 @@ def test_a_cell_without_hulls_of_one_robot_has_fine_spheres_unless_it_says_other
     del cell["spheres"]
     assert cell_from_dict(cell, "cell.json").spheres == "exact"
     assert check_document(plan).spheres == "exact"
-    del cell["robots"]["arm"]["hulls.json"]
+    del cell["robots"]["arm"]["hulls.json"], cell["robots"]["arm"]["sha256"]
     assert cell_from_dict(cell, "cell.json").spheres == "fine"
     assert check_document(plan).spheres == "fine"
     with pytest.raises(MmpError, match="robot 'arm' of arm 'one' has no hulls"):
@@ -248,3 +249,28 @@ def test_a_ring_of_an_imported_robot_has_exact_geometry_and_one_of_built_in_robo
     assert mmp_env.find_cell("ring-2", robot="arm").spheres == "exact"
     assert mmp_env.find_cell("ring-2").spheres == "28"
     assert mmp_env.find_cell("ring-2", robot="arm", spheres="fine").spheres == "fine"
+
+
+@pytest.mark.parametrize("change", ["hulls.json", "spheres.json", "robot.json", "arm.xml", "sha256"])
+def test_a_carried_robot_that_was_changed_is_refused(foreign, change):
+    data = json.loads(json.dumps(plan_to_dict(small_steps(foreign))))
+    files = data["problem"]["cell"]["robots"]["arm"]
+    if change.endswith(".json"):
+        files[change] = json.loads(re.sub(r"0\.\d+", "0.5", json.dumps(files[change]), count=1))
+    else:
+        files[change] = re.sub(r"\d", lambda digit: "21"[digit[0] == "2"], files[change], count=1)
+    with pytest.raises(MmpError, match=r"cell.robots.arm was changed after the file was written"):
+        plan_from_dict(copy.deepcopy(data))
+    (violation,) = check_document(data).violations
+    assert violation.rule == "schema"
+    assert "'arm' among the robots of the cell was changed after the file was written" in violation.message
+    del files["sha256"]  # as in files of before, and of those who change it on purpose
+    assert change == "sha256" or "was changed" not in str(check_document(data).violations)
+
+
+def test_the_hash_of_a_carried_robot_does_not_depend_on_how_numbers_are_written(foreign):
+    data = json.loads(json.dumps(plan_to_dict(small_steps(foreign))))
+    whole = json.loads(json.dumps(data).replace(".0,", ","), object_pairs_hook=lambda pairs: dict(reversed(pairs)))
+    assert whole["problem"]["cell"]["robots"]["arm"] == data["problem"]["cell"]["robots"]["arm"]
+    assert check_document(whole).valid
+    assert plan_to_dict(plan_from_dict(whole))["problem"]["cell"]["robots"] == data["problem"]["cell"]["robots"]

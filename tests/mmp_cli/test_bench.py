@@ -4,7 +4,7 @@ import types
 import numpy as np
 import pytest
 import yaml
-from support import bench_runs
+from support import bad_files, bench_runs
 
 from mmp_env import check_plan
 from mmp_env.files.plan_file import load_plan
@@ -129,6 +129,18 @@ def test_a_benchmark_takes_cell_files_and_instance_files_together(tmp_path):
     words = ["--planners", "quick", "--count", "1", "--task", "reach", "--out", tmp_path / "out"]
     assert bench_runs.bench(tmp_path, cell, *words).code == 0
     assert [line["instance"] for line in bench_runs.lines(tmp_path / "out")] == ["mine/0"]
+
+
+def test_a_benchmark_keeps_the_tool_axes_that_an_instance_wants_kept(tmp_path):
+    data = bad_files.good_instances()
+    kept = {arm["name"]: {"upright": {"axis": [0, 0, 1], "within": 1e-3}} for arm in data["cell"]["arms"]}
+    data["instances"] = [data["instances"][0], data["instances"][0] | {"name": "kept", "keep": kept}]
+    (tmp_path / "kept.json").write_text(json.dumps(data))
+    words = ["--planners", "quick", "--out", tmp_path / "out"]
+    assert bench_runs.bench(tmp_path, tmp_path / "kept.json", *words).code == 0
+    bounded, free = bench_runs.lines(tmp_path / "out")
+    assert (free["status"], bounded["status"]) == ("solved", "invalid")
+    assert "from the world's z axis, and its bound is 0.001 rad" in bounded["message"]
 
 
 def test_the_same_seed_gives_the_same_plans_on_any_number_of_workers(tmp_path):

@@ -95,7 +95,14 @@ class Listed:
     def problem(self, k: int) -> Problem:
         # Not the file's own `problem`, whose name contains the path of the file.
         instance = self.file.instances[k]
-        return make_problem(self.cell, instance.start, instance.goal, margin=self.margin, name=self.items[k].name)
+        return make_problem(
+            self.cell,
+            instance.start,
+            instance.goal,
+            margin=self.margin,
+            name=self.items[k].name,
+            keep=instance.keep or None,
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

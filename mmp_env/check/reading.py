@@ -41,6 +41,7 @@ _SIZES = {
 }
 _MOST_PIECES, _VERTICES = 200, (4, 1000)
 """Largest number of the pieces of a mesh, and bounds of the number of their vertices."""
+_PLAN_KEYS = ("schema", "problem", "times", "positions", "velocities", "accelerations", "planner", "stats")
 _POSE_KEYS = ("position", "yaw", "quaternion")
 _CELL_KEYS = ("name", "arms", "obstacles", "spheres", "robots", "tools", "joints")
 _LIMITS = ("max_velocity", "max_acceleration", "max_jerk")
@@ -52,6 +53,7 @@ def read_plan(data: Any) -> CheckedPlan:
     """Returns the plan in `data`, the content of a plan.json. Raises `UnreadableError`."""
     if member(data, "schema", "the plan") != SCHEMA:
         raise UnreadableError(f"schema is {shown(data['schema'])}; this checker reads '{SCHEMA}'")
+    known(data, _PLAN_KEYS, "the plan")
     problem = member(data, "problem", "the plan")
     known(problem, _PROBLEM_KEYS, "problem")
     cell = read_cell(member(problem, "cell", "problem"))

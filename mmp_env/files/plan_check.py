@@ -35,7 +35,7 @@ def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckR
         return _unreadable(f"the plan is {what_else(plan)}; it must be {allowed}")
     try:
         return check_document(plan_to_check(plan), exact=exact)
-    except MmpError as error:
+    except (MmpError, TypeError) as error:  # TypeError: a value that JSON lacks
         return _unreadable(str(error))
 
 

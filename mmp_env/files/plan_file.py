@@ -147,27 +147,36 @@ def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
     """Writes a plan file, the whole file or nothing. The same plan gives the same bytes.
 
     Args:
-        plan: a plan with finite numbers.
+        plan: a plan with finite numbers, and as many configurations of each arm as times.
         path: the file; a file that is there is replaced.
 
     Raises:
-        MmpError: for None or another object, numbers that are not finite, a plan larger than 64 MB, and a file that
-            cannot be written.
+        MmpError: for None or another object, numbers that are not finite, rows of another size, a plan larger than
+            64 MB, and a file that cannot be written.
     """
     given_plan(plan, "save")
-    _check_finite(plan)
-    text = json_text(plan_to_dict(plan))
+    _check_rows(plan)
+    try:
+        text = json_text(plan_to_dict(plan))
+    except TypeError as error:
+        raise MmpError(f"the plan cannot be saved: {error}") from None
     if len(text) > MAX_JSON_BYTES:
         size, most = len(text) / 2**20, MAX_JSON_BYTES / 2**20
         raise MmpError(f"{path}: the plan takes {size:.0f} MB as a file; {most:.0f} MB is the most that is read")
     write_text(path, text)
 
 
-def _check_finite(plan: Plan) -> None:
-    """Raises `MmpError` for NaN and infinity, which JSON lacks."""
+def _check_rows(plan: Plan) -> None:
+    """Raises `MmpError` for NaN and infinity, which JSON lacks, and for rows that are not one of each time."""
     arrays = {"times": plan.times}
     for key in ("positions", "velocities", "accelerations"):
         by_arm: Mapping[str, np.ndarray] = getattr(plan, key) or {}
+        for name in by_arm.keys() & set(plan.problem.cell.arm_names):
+            shape, wanted = np.shape(by_arm[name]), (len(plan.times), plan.problem.cell.arm(name).dof)
+            if shape != wanted:
+                raise MmpError(
+                    f"the plan cannot be saved: {key} of arm '{name}' has shape {shape}; it must be {wanted}"
+                )
         arrays |= {f"{key} of arm '{name}'": rows for name, rows in by_arm.items()}
     for what, values in arrays.items():
         if not np.isfinite(values).all():

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Real
 from os import PathLike
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.argument_checks import given
+from mmp_env.argument_checks import given, refused
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.problem import Problem
@@ -36,7 +38,7 @@ class Plan(ReadOnly):
         max_jerk: arm name -> [dof] [rad/s^3], limits of a retimed plan.
 
     Raises:
-        MmpError: if one that maps arm names to arrays is no mapping.
+        MmpError: for no problem, no times, and what is no mapping and must be one.
     """
 
     problem: Problem
@@ -50,10 +52,14 @@ class Plan(ReadOnly):
     max_jerk: Mapping[str, Float[np.ndarray, "dof"]] | None = None
 
     def __post_init__(self) -> None:
+        given("problem of a plan", self.problem, Problem, "a Problem")
+        given("times of a plan", self.times, np.ndarray, "an array of times [s]")
         for name in ("positions", "velocities", "accelerations", "max_acceleration", "max_jerk"):
             value = getattr(self, name)
             if value is not None or name == "positions":
                 given(f"{name} of a plan", value, Mapping, "a mapping from arm name to array")
+        for name in ("planner", "stats"):
+            given(f"{name} of a plan", getattr(self, name), Mapping, "a mapping from name to value")
         super().__post_init__()
 
     @brief
@@ -98,7 +104,12 @@ class Plan(ReadOnly):
         """Returns the configurations at time `t` [s]: arm name -> [dof] [rad].
 
         The arms stand still before the first and after the last time.
+
+        Raises:
+            MmpError: unless `t` is a number.
         """
+        if not isinstance(t, Real) or math.isnan(t):
+            raise refused("t", t, "a time [s]")
         return {arm: q[0] for arm, q in self.sampled(np.array([t])).items()}
 
     def sampled(self, times: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "n dof"]]:

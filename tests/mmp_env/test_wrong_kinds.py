@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 BEGIN = """
+from dataclasses import replace
 import numpy as np
 import mmp_env as m
 cell = m.find_cell("ring-2")
@@ -21,6 +22,24 @@ SENTENCES = {
     "m.OnlinePlanner(cell, zero, clock=3)": "clock is 3; it must be a function that returns the time [s], or None",
     "m.Plan(problem=rest.problem, times=np.zeros(1), positions=3)": (
         "positions of a plan is 3; it must be a mapping from arm name to array"
+    ),
+    "m.Plan(problem=None, times=np.zeros(1), positions=rows)": "problem of a plan is None; it must be a Problem",
+    "m.Plan(problem=rest.problem, times=None, positions=rows)": (
+        "times of a plan is None; it must be an array of times [s]"
+    ),
+    "m.Plan(problem=rest.problem, times=np.zeros(1), positions=rows, stats=5)": (
+        "stats of a plan is 5; it must be a mapping from name to value"
+    ),
+    "rest.at(float('nan'))": "t is nan; it must be a time [s]",
+    "rest.at([0, 9])": "t is [0, 9]; it must be a time [s]",
+    "m.save_plan(replace(rest, times=np.zeros(2)), 'p.json')": (
+        "the plan cannot be saved: positions of arm 'arm0' has shape (1, 6); it must be (2, 6)"
+    ),
+    "m.save_plan(replace(rest, stats={'a': object()}), 'p.json')": (
+        "the plan cannot be saved: a value of type object cannot be written as JSON"
+    ),
+    "print(m.check_plan(replace(rest, stats={'a': object()})).sentences[0])": (
+        "schema: a value of type object cannot be written as JSON"
     ),
     "m.save_picture(rest, 'p.png', width='wide')": (
         "width is 'wide'; it must be a whole number, 1 or more, and 4096 at most"

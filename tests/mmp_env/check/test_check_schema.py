@@ -53,6 +53,7 @@ UNREADABLE = {
     "a sphere set beyond all numbers": lambda p: p["problem"]["cell"].update(spheres=10**5000),
     "a field named by a number": lambda p: p["problem"]["cell"].update({10**5000: 1}),
     "null among the numbers": lambda p: p["positions"]["left"][1].__setitem__(2, None),
+    "an unknown field": lambda p: p.update(certificate={}),
     "an unknown robot": lambda p: p["problem"]["cell"]["arms"][0].update(robot="ur6e"),
     "an unknown tool": lambda p: p["problem"]["cell"]["arms"][0].update(tool="spoon"),
     "an unknown sphere set": lambda p: p["problem"]["cell"].update(spheres="30"),

@@ -26,7 +26,7 @@ def test_numbers_of_numpy_are_written_as_numbers_and_those_not_finite_as_null():
 
 
 def test_what_json_has_no_form_for_is_refused():
-    with pytest.raises(TypeError, match="a set cannot be written as JSON"):
+    with pytest.raises(TypeError, match="a value of type set cannot be written as JSON"):
         json_text({"a": {1, 2}})
 
 

@@ -34,8 +34,8 @@ from mmp_env.retime import retime
 from mmp_planners import make, names
 
 CELLS = ("ring-2", "ring-6", "ring-2-panda", "ring-4", "ring-2+held", "ring-2+exact", "ring-2+imported")
-"""Cells. `held`: every arm holds a box. `exact`: the arms are convex hulls. `imported`: so they are, and the plan
-carries the robot, which is imported."""
+"""Cells. `held`: every arm holds a box. `exact`: the arms are convex hulls. `imported`: the arms are convex hulls of an
+imported robot, which the plan carries."""
 IMPORTED = Path(mmp_env.__file__).parent / "robots" / "piper" / "piper.xml"
 QUICK, TIME_LIMIT_S = "rrt-connect", 2.0
 """Planner of plans in which violations are planted, and of those that another one does not find in time; limit [s]."""

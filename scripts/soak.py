@@ -4,9 +4,10 @@ It ends with 1 if the memory grows by more than 1 %, or a planner makes no plan.
 
 Plans are of all planners in turn, on instances of `--cell`; episodes are of its environment, with random actions. A run
 that finds no plan in time does not count, so there are more `runs` than plans; `solved` has the plans of each planner.
-Half as many of each come before as warm-up: growth is of the resident memory from its end to the end of all. Before
-both, Python collects its garbage and the allocator gives back the pages that it keeps for later; `with_slack` is the
-growth with these pages, and `blocks` that of the memory blocks which Python has handed out, both in percent.
+A warm-up of half as many plans and episodes comes first: growth is of the resident memory, from the end of the warm-up
+to the end of the run. Before both, Python collects its garbage and the allocator gives back the pages that it keeps for
+later; `with_slack` is the growth with these pages, and `blocks` that of the memory blocks which Python has handed out,
+both in percent.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ FILE* open_stream(const char* name, const char* path, const char* mode) {
   return next<FILE* (*)(const char*, const char*)>(name)(path, mode);
 }
 
-// Returns whether what waits in the buffer of a stream is lost.
-bool is_lost(FILE* stream) {
+// Discards the buffer of a stream and sets errno if writing it must fail. Returns whether it did.
+bool fail_pending_write(FILE* stream) {
   const int error = stream != nullptr && __fpending(stream) > 0 ? changed(fileno(stream), Act::write) : 0;
   if (error == 0) return false;
   __fpurge(stream);
@@ -45,10 +45,10 @@ size_t fwrite(const void* data, size_t size, size_t count, FILE* stream) {
   return out < 0 ? 0 : static_cast<size_t>(out) / size;
 }
 
-int fflush(FILE* stream) { return is_lost(stream) ? EOF : next<int (*)(FILE*)>("fflush")(stream); }
+int fflush(FILE* stream) { return fail_pending_write(stream) ? EOF : next<int (*)(FILE*)>("fflush")(stream); }
 
 int fclose(FILE* stream) {
-  const bool lost = is_lost(stream);
+  const bool lost = fail_pending_write(stream);
   const int error = errno, out = next<int (*)(FILE*)>("fclose")(stream);
   if (lost) errno = error;
   return lost ? EOF : out;

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import sys
 import tempfile
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
 from faults.commands import COMMANDS, Command
-from faults.judges import faults_after, faults_of
-from faults.kit import KINDS, Kit, Run
+from faults.judges import faults_after, faults_of, is_excused
+from faults.kit import AGAIN, KINDS, Kit, Run
 
-COUNTING = {"memory": "memory", "pipe": "count-output"}
-"""Way to fail -> the kind that only counts its calls; other ways count all calls on files. Call -1 never comes."""
-
+COUNTING = {"memory": "memory", "pipe": "count-output", "stderr": "count-stderr"}
+"""Kind -> kind in which its calls are counted; the default is `count`, for all calls on files. Call -1 never comes."""
 FEW, SAMPLED = 300, 40
-"""Each allocation of a command with at most `FEW` fails once. A command with more has `SAMPLED` of them fail."""
+"""Largest number of allocations of a command that each fail once; number of those that fail of a command with more."""
 
 
 def points(calls: int, most: int | None) -> list[int]:
@@ -39,16 +39,69 @@ def good_run(kit: Kit, command: Command, kind: str, stay: Path) -> Run:
         return replace(run, folder=stay)
 
 
-def tried(kit: Kit, command: Command, kind: str, at: int, good: Run) -> list[str]:
-    """Runs a command with a call that fails, and once more if it left anything. Returns what was wrong."""
+def repeated(kit: Kit, command: Command, good: Run) -> list[str]:
+    """Runs a command once more after a good run. Returns what was wrong."""
+    with kit.folder() as (folder, before):
+        shutil.copytree(good.folder, folder, dirs_exist_ok=True)
+        return faults_after(kit.run(command, folder, before, AGAIN), good)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One point that was tried: what was wrong, and whether the crash of a library is excused."""
+
+    faults: list[str]
+    excused: bool = False
+
+
+def tried(kit: Kit, command: Command, kind: str, at: int, good: Run) -> Attempt:
+    """Runs a command with a call that fails, and once more if it left something that a good run does not leave."""
     with kit.folder(command) as (folder, before):
         run = kit.run(command, folder, before, kind, at)
         out = faults_of(run, kind, good)
-        kept = {name: (folder / name).read_bytes() for name in command.adds if (folder / name).is_file()}
-        if run.code != 0 and (run.temporary or set(run.files) != set(before)):
-            again = kit.run(command, folder, before, "off")
-            out += faults_after(again, good, kept)
-        return out
+        if run.temporary or (run.contents != run.there and (run.code != 0 or command.adds)):
+            out += faults_after(kit.run(command, folder, before, AGAIN), good)
+        return Attempt(out, is_excused(run, kind))
+
+
+@dataclass
+class Tally:
+    """What the attempts have found so far."""
+
+    tried: Counter[str] = field(default_factory=Counter)
+    possible: int = 0
+    faulty: int = 0
+    excused: int = 0
+
+    def add(self, kind: str, point: str, attempt: Attempt) -> None:
+        """Counts an attempt, and prints its faults."""
+        for fault in attempt.faults:
+            print(f"{point}: {fault}", flush=True)
+        self.tried[kind] += 1
+        self.faulty += bool(attempt.faults)
+        self.excused += attempt.excused
+
+
+def try_command(kit: Kit, pool: ThreadPoolExecutor, name: str, kinds: Sequence[str], most: int | None) -> Tally:
+    """Tries all points of a command, or `most` of each kind. Raises `RuntimeError` if it fails where nothing fails."""
+    command, out, goods = COMMANDS[name], Tally(), dict[str, Run]()
+    for kind in kinds:
+        counting = COUNTING.get(kind, "count")
+        if counting not in goods:
+            goods[counting] = good_run(kit, command, kind, kit.home / f"good-{name}-{counting}")
+        good = goods[counting]
+        if good.code != 0:
+            raise RuntimeError(f"{name}: exit code {good.code} where nothing fails: {good.err}")
+        calls = 1 if kind == "closed" else good.calls
+        chosen = points(calls, most or (SAMPLED if kind == "memory" and calls > FEW else None))
+        out.possible += calls
+        attempt = partial(tried, kit, command, kind, good=good)
+        for at, found in zip(chosen, pool.map(attempt, chosen), strict=True):
+            out.add(kind, f"{name} {kind} {at}", found)
+        print(f"{name} {kind}: {len(chosen)} of {calls} points", flush=True)
+    out.possible += 1
+    out.add("again", f"{name} again", Attempt(repeated(kit, command, next(iter(goods.values())))))
+    return out
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -61,33 +114,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="runs at once")
     parser.add_argument("--figure", default="faults_handled", metavar="NAME", help="name of the printed figure")
     args = parser.parse_args(argv)
-    found, count, points_total = [], Counter[str](), 0
     with tempfile.TemporaryDirectory(prefix="faults-") as home, ThreadPoolExecutor(args.workers) as pool:
         kit = Kit(Path(home))
-        for name in args.commands or COMMANDS:
-            command = COMMANDS[name]
-            for kind in args.kinds.split(","):
-                good = good_run(kit, command, kind, Path(home, f"good-{name}-{kind}"))
-                if good.code != 0:
-                    print(f"{name}: exit code {good.code} where nothing fails: {good.err}")
-                    return 1
-                most = args.most or (SAMPLED if kind == "memory" and good.calls > FEW else None)
-                chosen = points(good.calls, most)
-                points_total += good.calls
-                attempt = partial(tried, kit, command, kind, good=good)
-                for at, faults in zip(chosen, pool.map(attempt, chosen), strict=True):
-                    count[kind] += 1
-                    for fault in faults:
-                        print(f"{name} {kind} {at}: {fault}", flush=True)
-                    if faults:
-                        found.append(f"{name} {kind} {at}")
-                print(f"{name} {kind}: {len(chosen)} of {good.calls} points", flush=True)
-    print(f"{dict(count)} of {points_total} points; {len(found)} faults")
+        try:
+            found = [
+                try_command(kit, pool, name, args.kinds.split(","), args.most) for name in args.commands or COMMANDS
+            ]
+        except RuntimeError as error:
+            print(error)
+            return 1
+    count = sum((each.tried for each in found), Counter[str]())
+    faulty, excused = sum(each.faulty for each in found), sum(each.excused for each in found)
+    possible = sum(each.possible for each in found)
+    print(f"{dict(count)} of {possible} points; {faulty} faults, {excused} excused crashes")
     from figure import print_figure  # of scripts/, which the tests of this module do not need
 
-    total = sum(count.values())
-    print_figure(args.figure, total - len(found), f"of {total}", points_total=points_total, **count)
-    return bool(found)
+    total = count.total()
+    print_figure(args.figure, total - faulty, f"of {total}", points_total=possible, excused=excused, **count)
+    return bool(faulty)
 
 
 if __name__ == "__main__":

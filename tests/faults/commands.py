@@ -9,6 +9,8 @@ PLAN = ["plan", "instances.json", "--instance", "turn", "--planner", "ecbs"]
 BENCH = ["bench", "instances.json", "--workers", "1", "--out", "bench", "--planners"]
 DATASET = ["dataset", "cell.json", "--count", "2", "--out", "data"]
 ROBOT = ["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]
+OTHER_ROBOT = [*ROBOT, "--tip", "fore"]
+"""Line that adds another robot of the same name."""
 
 
 @dataclass(frozen=True)
@@ -19,6 +21,9 @@ class Command:
         line: its arguments.
         adds: its files that keep what they had when the command runs once more.
         done: pattern of the lines of standard error that report how many entries those files have.
+        timed: its files with times of the run; numbers in them may differ.
+        replaces: the folder that it replaces as a whole.
+        depends: pattern of the lines of its output that depend on what an earlier run left.
         first: a line that runs before, where nothing fails.
         program: the program that runs the line.
     """
@@ -26,6 +31,9 @@ class Command:
     line: list[str]
     adds: tuple[str, ...] = ()
     done: str = ""
+    timed: tuple[str, ...] = ()
+    replaces: str = ""
+    depends: str = "(?!)"
     first: list[str] = field(default_factory=list)
     program: list[str] = field(
         default_factory=lambda: [
@@ -37,11 +45,13 @@ class Command:
     )
 
 
+_IMPORTED = "replaced|folder"
+_INDEX = ("data/dataset.json",)
 _RUNS, _EPISODES = r"^mmp bench: (\d+) of \d+ done", r"^mmp: (\d+) of \d+: "
 COMMANDS = {
-    "plan": Command([*PLAN, "--out", "plan-out.json", "--tree", "tree.svg"]),
+    "plan": Command([*PLAN, "--out", "plan-out.json", "--tree", "tree.svg"], timed=("tree.svg",)),
     "json": Command([*PLAN, "--json"]),
-    "rerun": Command([*PLAN, "--rerun", "search.rrd"]),
+    "rerun": Command([*PLAN, "--rerun", "search.rrd"], timed=("search.rrd",)),
     "image": Command([*PLAN, "--image", "plan.png"]),
     "video": Command([*PLAN, "--video", "film.mp4"]),
     "gif": Command([*PLAN, "--video", "film.gif"]),
@@ -55,10 +65,14 @@ COMMANDS = {
     "trajectory": Command(["export", "plan.json", "--to", "out.yaml"]),
     "scene": Command(["export", "plan.json", "--to", "out.xml"]),
     "run": Command(["run", "jobs.json", "--out", "schedule-out.json", "--seed", "1"]),
-    "dataset": Command(DATASET, adds=("data/dataset.json",), done=_EPISODES),
-    "minari": Command([*DATASET, "--format", "minari"]),
-    "replace": Command(ROBOT, first=ROBOT),
-    "robot": Command(ROBOT),
-    "tool": Command(["tool", "add", "gripper.xml", "--name", "gripper", "--out", "tools"]),
+    "dataset": Command(DATASET, adds=_INDEX, done=_EPISODES),
+    "minari": Command([*DATASET, "--format", "minari"], replaces="data/pair/expert-v0", adds=_INDEX, done=_EPISODES),
+    "replace": Command(ROBOT, replaces="robots/small", depends=_IMPORTED, first=OTHER_ROBOT),
+    "robot": Command(ROBOT, replaces="robots/small", depends=_IMPORTED),
+    "tool": Command(
+        ["tool", "add", "gripper.xml", "--name", "gripper", "--out", "tools"],
+        replaces="tools/gripper",
+        depends=_IMPORTED,
+    ),
 }
 """Name -> command line. Its inputs are those of the fuzzer."""

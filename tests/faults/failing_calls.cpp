@@ -11,10 +11,12 @@ using namespace faults;
 namespace {
 
 __attribute__((constructor)) void begin() {
-  static const char* names[] = {"off", "count", "count-output", "error", "full", "readonly", "pipe", "kill", "memory"};
+  static const char* names[] = {"off",      "count", "count-output", "count-stderr", "error", "full",
+                                "readonly", "pipe",  "stderr",       "kill",         "memory"};
   const char* wanted = variable("FAULT_KIND");
   strncpy(root, variable("FAULT_ROOT"), sizeof root - 1);
   strncpy(output, variable("FAULT_STDOUT"), sizeof output - 1);
+  strncpy(messages, variable("FAULT_STDERR"), sizeof messages - 1);
   at = atol(variable("FAULT_AT"));
   least_bytes = static_cast<size_t>(atol(variable("FAULT_BYTES")));
   const int file = next<int (*)(const char*, int, ...)>("open")(variable("FAULT_COUNT"), O_RDWR | O_CLOEXEC);
@@ -23,7 +25,7 @@ __attribute__((constructor)) void begin() {
   close(file);
   if (shared == MAP_FAILED) return;
   counter = static_cast<std::atomic<long>*>(shared);
-  for (int k = 0; k < 9; ++k)
+  for (int k = 0; k < 11; ++k)
     if (strcmp(wanted, names[k]) == 0) kind = static_cast<Kind>(k);
 }
 
@@ -97,7 +99,7 @@ int fdatasync(int file) {
   return unless(changed(file, Act::sync), [&] { return next<int (*)(int)>("fdatasync")(file); });
 }
 int ftruncate(int file, off_t length) {
-  return unless(changed(file, Act::sync), [&] { return next<int (*)(int, off_t)>("ftruncate")(file, length); });
+  return unless(changed(file, Act::resize), [&] { return next<int (*)(int, off_t)>("ftruncate")(file, length); });
 }
 int ftruncate64(int file, off64_t length) { return ftruncate(file, length); }
 

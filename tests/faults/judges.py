@@ -5,35 +5,48 @@ from __future__ import annotations
 from pathlib import Path
 
 from faults.crashes import crashed_elsewhere
-from faults.kit import HELPERS, Run
-from faults.reports import entries, lost_output, lost_reports
-from faults.whole_files import READERS, broken
+from faults.growing_files import has_errors
+from faults.kit import AGAIN, Run
+from faults.lost_files import faults_of_losses
+from faults.reports import lost_output, lost_reports
+from faults.written_files import faults_of_files
 from mmp_env.errors import NO_MEMORY
-from mmp_env.files.temporaries import PREFIX as TEMPORARY
 
 MORE_CODES = {"pipe": {141}, "memory": {1}, "kill": {1}}
 """Kind -> more exit codes than 0 and 2: nobody reads the output; a plan got no memory; a worker was killed."""
 EXTENSION = "Importing the numpy C-extensions failed"
 """Beginning of the message of NumPy if it gets no memory while it is imported."""
-OWN_CACHE = "cache/mmp-env"
+SUCCEEDS = ("stderr", "closed", AGAIN)
+"""Kinds in which only messages are lost, or nothing fails: the exit code is that of the good run."""
 
 
 def faults_of(run: Run, kind: str, good: Run) -> list[str]:
     """Returns what is wrong with a run, in words; `good` is the run of the same command where nothing failed."""
-    ended = run.was_killed or (kind == "memory" and crashed_elsewhere(run))
+    ended = run.was_killed or is_excused(run, kind)
     out = _faults_of_ending(run, kind, ended)
+    if kind in SUCCEEDS and run.code != good.code:
+        out.append(f"exit code {run.code} instead of {good.code}: {run.err.strip()[-300:]}")
     out += [f"changed {name}" for name, content in run.before.items() if _content(run.folder / name) != content]
     if run.temporary and kind not in ("kill", "readonly") and not ended:  # nothing can be removed, after readonly
         out.append(f"left {run.temporary[0]}")
-    out += [f"half-written {name}: {reason}" for name, path in _written(run).items() if (reason := broken(path))]
-    if not (run.was_killed or TEMPORARY in run.err):  # a folder is replaced in two moves; a sentence says where it is
-        out += [f"lost {name}" for name in run.there if name not in run.files]
+    out += faults_of_files(run, kind, good)
+    out += faults_of_losses(run, good)
     out += lost_reports(run, good)
     if run.code == 0:
         out += [f"exit code 0 without {name}" for name in good.files if name not in run.files]
-        if not (kind == "memory" and NO_MEMORY in run.err):  # then a unit has the status error, and its row no times
-            out += lost_output(run, good)
+        if not _lacks_times(run, kind):
+            out += lost_output(run, good, again=kind == AGAIN)
     return out
+
+
+def is_excused(run: Run, kind: str) -> bool:
+    """Returns True if a library crashed that does not survive too little memory."""
+    return kind == "memory" and crashed_elsewhere(run)
+
+
+def _lacks_times(run: Run, kind: str) -> bool:
+    """Returns True if a unit, of this or an earlier run, has the status error, so that its row has no times."""
+    return (kind == "memory" and NO_MEMORY in run.err) or (kind == AGAIN and has_errors(run))
 
 
 def _faults_of_ending(run: Run, kind: str, ended: bool) -> list[str]:
@@ -50,30 +63,9 @@ def _faults_of_ending(run: Run, kind: str, ended: bool) -> list[str]:
     return out
 
 
-def _written(run: Run) -> dict[str, Path]:
-    """Returns the files that a run wrote. Of other programs there are only those that have a reader."""
-    out = {name: path for name, path in run.files.items() if name not in run.before}
-    for path in sorted(each for helper in HELPERS for each in (run.folder / helper).rglob("*") if each.is_file()):
-        name = str(path.relative_to(run.folder))
-        if TEMPORARY not in name and (name.startswith(OWN_CACHE) or path.suffix in READERS):
-            out[name] = path
-    return out
-
-
-def faults_after(again: Run, good: Run, kept: dict[str, bytes]) -> list[str]:
-    """Returns what is wrong with the same command in the same folder, where now nothing fails.
-
-    `kept` are the contents that the first run left in the files that a command adds to.
-    """
-    out = []
-    if again.code != good.code:
-        out.append(f"then exit code {again.code}: {again.err.strip()[-300:]}")
-    out += [f"then no {name}" for name in good.files if name not in again.files]
-    for name, content in kept.items():
-        there = entries(name, _content(again.folder / name) or b"")
-        lost = [entry for entry in entries(name, content) if entry not in there]
-        out += [f"then lost {entry[:80]!r} of {name}" for entry in lost]
-    return out
+def faults_after(again: Run, good: Run) -> list[str]:
+    """Returns what is wrong with the same command in the same folder, where now nothing fails, in words."""
+    return [f"then {each}" for each in faults_of(again, AGAIN, good)]
 
 
 def _content(path: Path) -> bytes | None:

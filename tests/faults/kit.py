@@ -11,7 +11,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fuzz import samples
@@ -19,7 +19,7 @@ from fuzz import samples
 from faults.commands import Command
 from mmp_env.files.temporaries import PREFIX as TEMPORARY
 
-KINDS = ("error", "full", "readonly", "pipe", "kill", "memory")
+KINDS = ("error", "full", "readonly", "pipe", "stderr", "closed", "kill", "memory")
 LONGEST_S = 600.0
 ENDING_S = 10.0
 """Longest time until the helpers of a command are gone after they were killed [s]."""
@@ -27,12 +27,25 @@ LEAST_BYTES = 2**16
 """Smallest allocation that fails [bytes]: smaller ones are too many to fail each."""
 HELPERS = ("cache", "tmp")
 """Folders of the run that may hold files of other programs."""
+OWN_CACHE = "cache/mmp-env/"
+"""Beginning of the names of files in the cache of `mmp`."""
+AGAIN = "off"
+"""Kind of the second run, in which nothing fails."""
+CLOSING = ["sh", "-c", 'exec "$@" 2>&-', "sh"]
+"""Command that runs another one with standard error closed."""
 _SOURCES = sorted(Path(__file__).parent.glob("failing_*.cpp"))
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a command: `calls` that counted, input files `before`, and names of all files that were `there`."""
+    """One run of a command.
+
+    Attributes:
+        calls: how many calls counted.
+        before: name -> content of the input files.
+        there: name -> content of all files that were there when the run began, with the inputs and the cache of `mmp`.
+        stale: names of the temporary files that were there when the run began.
+    """
 
     command: Command
     code: int
@@ -41,7 +54,8 @@ class Run:
     calls: int
     folder: Path
     before: dict[str, bytes]
-    there: frozenset[str] = frozenset()
+    there: dict[str, bytes] = field(default_factory=dict)
+    stale: frozenset[str] = frozenset()
 
     @property
     def was_killed(self) -> bool:
@@ -50,13 +64,23 @@ class Run:
 
     @property
     def files(self) -> dict[str, Path]:
-        """Name -> path of every file in the folder, temporary ones and those of other programs left out."""
+        """Name -> path of every file in the folder, temporary ones and those in caches left out."""
+        return {name: path for name, path in self.kept.items() if not name.startswith(OWN_CACHE)}
+
+    @property
+    def kept(self) -> dict[str, Path]:
+        """Name -> path of every file in the folder and in the cache of `mmp`, temporary ones left out."""
         return _own_files(self.folder)
 
     @property
+    def contents(self) -> dict[str, bytes]:
+        """Name -> content of the files that are `kept`."""
+        return {name: path.read_bytes() for name, path in self.kept.items()}
+
+    @property
     def temporary(self) -> list[str]:
-        """Names of the temporary files that are left."""
-        return [name for name in _files(self.folder) if TEMPORARY in name]
+        """Names of the temporary files that the run left, without those that it found."""
+        return [name for name in _temporary(self.folder) if name not in self.stale]
 
 
 class Kit:
@@ -84,18 +108,20 @@ class Kit:
             yield folder, before
 
     def run(self, command: Command, folder: Path, before: dict[str, bytes], kind: str = "count", at: int = -1) -> Run:
-        """Runs a command in a folder; call number `at` fails in the way `kind`."""
-        beside, there = folder.parent, frozenset(_own_files(folder))
+        """Runs a command in a folder; call number `at` fails in the way `kind`. If that is `closed`, no call fails."""
+        there = {name: path.read_bytes() for name, path in _own_files(folder).items()}
+        beside, stale = folder.parent, frozenset(_temporary(folder))
         count = beside / "count"
         count.write_bytes(bytes(8))
         env = dict(
             os.environ,
             LD_PRELOAD=str(self.library),
             PYTHONFAULTHANDLER="1",
-            FAULT_KIND=kind,
+            FAULT_KIND="count" if kind == "closed" else kind,
             FAULT_AT=str(at),
             FAULT_ROOT=str(folder),
             FAULT_STDOUT=str(beside / "stdout"),
+            FAULT_STDERR=str(beside / "stderr"),
             FAULT_COUNT=str(count),
             FAULT_BYTES=str(LEAST_BYTES),
             TMPDIR=str(folder / "tmp"),
@@ -105,7 +131,7 @@ class Kit:
             OPENBLAS_NUM_THREADS="1",
         )
         with (beside / "stdout").open("w+b") as out, (beside / "stderr").open("w+b") as err:
-            line = [*command.program, *command.line]
+            line = [*(CLOSING if kind == "closed" else []), *command.program, *command.line]
             process = subprocess.Popen(line, cwd=folder, env=env, stdout=out, stderr=err, start_new_session=True)
             try:
                 code = process.wait(LONGEST_S)
@@ -115,7 +141,7 @@ class Kit:
                 _end_session(process)
         calls = struct.unpack("q", count.read_bytes())[0]
         texts = [(beside / name).read_text(encoding="utf-8", errors="replace") for name in ("stdout", "stderr")]
-        return Run(command, code, *texts, calls, folder, before, there)
+        return Run(command, code, *texts, calls, folder, before, there, stale)
 
 
 def _end_session(process: subprocess.Popen[bytes]) -> None:
@@ -131,7 +157,15 @@ def _end_session(process: subprocess.Popen[bytes]) -> None:
 
 def _own_files(folder: Path) -> dict[str, Path]:
     found = _files(folder).items()
-    return {name: path for name, path in found if name.split("/")[0] not in HELPERS and TEMPORARY not in name}
+    return {
+        name: path
+        for name, path in found
+        if (name.split("/")[0] not in HELPERS or name.startswith(OWN_CACHE)) and TEMPORARY not in name
+    }
+
+
+def _temporary(folder: Path) -> list[str]:
+    return [name for name in _files(folder) if TEMPORARY in name]
 
 
 def _files(folder: Path) -> dict[str, Path]:

@@ -3,11 +3,12 @@
 //
 // Counted are calls on files in the folder FAULT_ROOT and writes to the file FAULT_STDOUT, of the process and its
 // children, with the number in the file FAULT_COUNT, which they share. FAULT_KIND says what happens at number FAULT_AT:
-//   off, count, count-output: nothing; no calls, all calls, or writes to standard output are counted
+//   off, count, count-output, count-stderr: nothing; no calls, all calls, or writes to one stream are counted
 //   error     the call fails with EIO
-//   full      half of the bytes are written; from then on nothing grows (ENOSPC)
+//   full      half of the bytes are written; from then on nothing grows and no file can be synced (ENOSPC)
 //   readonly  from then on no file can be made, moved or removed (EROFS)
 //   pipe      only writes to standard output count; from then on they fail with EPIPE
+//   stderr    only writes to standard error, which is FAULT_STDERR, count; from then on they fail with EPIPE
 //   kill      half of the bytes are written, then SIGKILL ends the process
 //   memory    only allocations of FAULT_BYTES or more count; that one fails
 #pragma once
@@ -27,14 +28,14 @@
 
 namespace faults {
 
-enum class Kind { off, count, count_output, error, full, readonly, pipe, kill, memory };
-enum class Act { write, make, change, sync };  // change: moves, removals and modes
+enum class Kind { off, count, count_output, count_messages, error, full, readonly, pipe, messages, kill, memory };
+enum class Act { write, make, change, sync, resize };  // change: moves, removals and modes
 
 inline std::atomic<long>* counter = nullptr;
 inline long at = -1;
 inline size_t least_bytes = 0;
 inline Kind kind = Kind::off;
-inline char root[PATH_MAX], output[PATH_MAX];
+inline char root[PATH_MAX], output[PATH_MAX], messages[PATH_MAX];
 
 template <class F>
 F next(const char* name) {
@@ -44,6 +45,12 @@ F next(const char* name) {
 inline const char* variable(const char* name) {
   const char* out = getenv(name);
   return out ? out : "";
+}
+
+// Returns the file of the stream whose writes alone count, or null where all calls count.
+inline const char* only_stream() {
+  if (kind == Kind::pipe || kind == Kind::count_output) return output;
+  return kind == Kind::messages || kind == Kind::count_messages ? messages : nullptr;
 }
 
 inline bool is_inside(const char* path) {
@@ -71,27 +78,26 @@ inline bool file_counts(int file) {
   const ssize_t length = readlink(("/proc/self/fd/" + std::to_string(file)).c_str(), there, sizeof there - 1);
   if (length < 0) return false;
   there[length] = 0;
-  if (kind == Kind::pipe || kind == Kind::count_output) return strcmp(there, output) == 0;
+  if (const char* stream = only_stream()) return strcmp(there, stream) == 0;
   return is_inside(there) || strcmp(there, output) == 0;
 }
 
 // Numbers a call. Returns the error that it must fail with, or 0; `half` is set if half of the bytes are written first.
 inline int fault(Act act, bool* half = nullptr) {
-  if (kind == Kind::off || kind == Kind::memory ||
-      ((kind == Kind::pipe || kind == Kind::count_output) && act != Act::write))
-    return 0;
+  if (kind == Kind::off || kind == Kind::memory || (only_stream() && act != Act::write)) return 0;
   const long number = counter->fetch_add(1);
-  if (number < at || kind == Kind::count || kind == Kind::count_output) return 0;
+  if (number < at) return 0;
   switch (kind) {
     case Kind::error:
       return number == at ? EIO : 0;
     case Kind::full:
-      if (act != Act::write && act != Act::make) return 0;
+      if (act == Act::change || act == Act::resize) return 0;
       if (number == at && half) return *half = true, 0;
       return ENOSPC;
     case Kind::readonly:
       return act == Act::make || act == Act::change ? EROFS : 0;
     case Kind::pipe:
+    case Kind::messages:
       return EPIPE;
     case Kind::kill:
       if (number != at) return 0;

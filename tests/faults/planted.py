@@ -1,4 +1,11 @@
-"""Programs that make one call each. The tests let it fail."""
+"""Programs that make one call each, which the tests let fail, and runs that were never made."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from faults.commands import Command
+from faults.kit import Run
 
 LIBRARY = "import ctypes, os\nc = ctypes.CDLL(None, use_errno=True)\n"
 """Beginning of a program that calls the C library."""
@@ -38,3 +45,14 @@ ALLOCATIONS = {
     "aligned_alloc": "c.aligned_alloc.restype = ctypes.c_void_p\nfailed = c.aligned_alloc(64, 100032) is None",
     "posix_memalign": "failed = c.posix_memalign(ctypes.byref(ctypes.c_void_p()), 64, 100000) != 0",
 }
+
+
+def python(program: str, *line: str) -> Command:
+    """Returns a command that runs the text of a program."""
+    return Command([*line], program=[sys.executable, "-c", program])
+
+
+def made_run(folder: Path, **values: Any) -> Run:
+    """Returns a run that left the files in a folder; it ended well unless `values` has other fields."""
+    fields = {"command": Command([]), "code": 0, "out": "", "err": "", "calls": 0, "before": {}} | values
+    return Run(folder=folder, **fields)

@@ -6,22 +6,30 @@ import json
 import re
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
+from faults.growing_files import entries, fields
 from faults.kit import Run
 
-_NUMBER = re.compile(r"\d[\d.]*(e[-+]?\d+)?")
+NUMBER = re.compile(r"\d[\d.]*(e[-+]?\d+)?")
 _FOLDER = re.compile(r"\S*/faults-\S*/work\b")
 
 
-def lost_output(run: Run, good: Run) -> list[str]:
-    """Returns what the standard output lacks of that of the good run, where numbers may differ."""
+def lost_output(run: Run, good: Run, *, again: bool = False) -> list[str]:
+    """Returns what the standard output lacks of that of the good run, where numbers may differ.
+
+    Where a command runs `again`, it may leave out the lines that depend on what an earlier run left.
+    """
     if "--json" in run.command.line:
         try:
             there = json.loads(run.out)
         except ValueError:
             return ["exit code 0 and half of the JSON"]
-        return [f"exit code 0 without {key} in the JSON" for key in json.loads(good.out) if key not in there]
-    return [f"exit code 0 without {line!r}" for line in _masked(good) - _masked(run)]
+        missing = _places(json.loads(good.out)) - _places(there)
+        return [f"exit code 0 without {place} in the JSON" for place in sorted(missing)]
+    missing = sorted((_masked(good) - _masked(run)).elements())
+    depends = re.compile(run.command.depends)
+    return [f"exit code 0 without {line!r}" for line in missing if not (again and depends.match(line))]
 
 
 def lost_reports(run: Run, good: Run) -> list[str]:
@@ -38,20 +46,16 @@ def lost_reports(run: Run, good: Run) -> list[str]:
     return out
 
 
-def entries(name: str, content: bytes) -> list[str]:
-    """Returns the entries of a file that grows: its whole lines, or the instances of an index."""
-    if name.endswith(".jsonl"):
-        return [row.decode() for row in content.split(b"\n")[:-1]]
-    try:
-        return [json.dumps(entry, sort_keys=True) for entry in json.loads(content)["instances"]]
-    except ValueError:
-        return []  # then it is half written
-
-
 def _masked(run: Run) -> Counter[str]:
     """Returns the lines of the standard output without numbers, widths of columns and the folder of the run."""
-    lines = _NUMBER.sub("#", _FOLDER.sub("FOLDER", run.out)).splitlines()
+    lines = NUMBER.sub("#", _FOLDER.sub("FOLDER", run.out)).splitlines()
     return Counter(" ".join(line.split()) for line in lines)
+
+
+def _places(value: Any, at: str = "") -> set[str]:
+    """Returns the place of each value in a document, such as `a.0.b`."""
+    parts = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return {f"{at}{key}" for key, _ in parts}.union(*(_places(part, f"{at}{key}.") for key, part in parts))
 
 
 def _names(text: str, name: str) -> bool:
@@ -59,5 +63,5 @@ def _names(text: str, name: str) -> bool:
 
 
 def _episode_files(rows: list[str]) -> list[Path]:
-    found = [json.loads(row).get("file") for row in rows]
+    found = [fields(row).get("file") for row in rows]
     return [Path(file) for file in found if file]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import csv
 import json
+import struct
 import xml.etree.ElementTree as ET
 import zipfile
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import h5py
@@ -17,8 +19,6 @@ from PIL import Image
 
 def broken(path: Path) -> str | None:
     """Returns why a file is not whole, or None."""
-    if path.name == "results.jsonl":
-        return _reason(_rows, path)
     if path.suffix not in READERS:
         return f"no reader for the suffix {path.suffix!r}"
     return _reason(READERS[path.suffix], path)
@@ -35,7 +35,7 @@ def _reason(read: Callable[[Path], object], path: Path) -> str | None:
 def _rows(path: Path) -> None:
     """Reads the whole lines of a file that grows by lines; the last one may be without its end."""
     for row in path.read_bytes().split(b"\n")[:-1]:
-        json.loads(row)
+        _require(isinstance(json.loads(row), dict), "a line that is no object")
 
 
 def _csv(path: Path) -> None:
@@ -60,14 +60,35 @@ def _picture(path: Path) -> None:
 
 
 def _rrd(path: Path) -> None:
-    from support import recordings
+    _require(bool(recorded_rows(path)), "nothing in it")
 
-    _require(bool(recordings.Rows(path).entities), "nothing in it")
+
+def recorded_rows(path: Path) -> Counter[tuple[str, str]]:
+    """Returns entity and component -> number of rows of a recording."""
+    from rerun.chunk import RrdReader
+
+    out = Counter[tuple[str, str]]()
+    for chunk in RrdReader(str(path)).stream():
+        batch = chunk.to_record_batch()
+        out.update({(chunk.entity_path, name): batch.num_rows for name in batch.schema.names if ":" in name})
+    return out
 
 
 def _mp4(path: Path) -> None:
-    content = path.read_bytes()
-    _require(b"moov" in content and b"mdat" in content, "no index or no data")
+    boxes = dict(_boxes(path.read_bytes()))
+    _require(boxes.get(b"moov", 0) > 0 and boxes.get(b"mdat", 0) > 0, "no index or no data")
+
+
+def _boxes(content: bytes) -> Iterator[tuple[bytes, int]]:
+    """Yields type and size [bytes] of each box at the top of an MP4, which they fill."""
+    at = 0
+    while at < len(content):
+        size, kind = struct.unpack_from(">I4s", content, at)
+        begin = 16 if size == 1 else 8  # a large box has its size after its type
+        size = struct.unpack_from(">Q", content, at + 8)[0] if size == 1 else size or len(content) - at
+        _require(begin <= size <= len(content) - at, "a box that is cut off")
+        yield kind, size - begin
+        at += size
 
 
 def _hdf5(path: Path) -> None:
@@ -94,6 +115,7 @@ def _require(holds: bool, otherwise: str) -> None:
 
 READERS: dict[str, Callable[[Path], object]] = {
     ".json": lambda path: json.loads(path.read_text(encoding="utf-8")),
+    ".jsonl": _rows,
     ".svg": ET.parse,
     ".xml": ET.parse,
     ".yaml": lambda path: _require(bool(yaml.safe_load(path.read_text(encoding="utf-8"))), "empty"),

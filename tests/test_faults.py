@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -131,6 +132,13 @@ def test_possible_points_faults_and_excused_crashes_are_counted(kit, monkeypatch
         found = tool.try_command(kit, pool, "two", ["error", "closed"], None)
         assert (found.tried, found.possible) == ({"error": 3, "closed": 1, "again": 1}, 5)
         assert (found.faulty, found.excused) == (1, 2)
+
+
+def test_the_page_names_the_commands_whose_calls_do_not_all_fail():
+    page = (Path(__file__).parents[1] / "docs" / "explanation" / "attacks.md").read_text(encoding="utf-8")
+    (line,) = re.findall(r"^scripts/faults.sh (plan .*?) +#", page, re.MULTILINE)
+    (sentence,) = re.findall(r"The second command leaves out (.*?), which", page)
+    assert sorted([*line.split(), *re.findall(r"`(\w+)`", sentence)]) == sorted(COMMANDS)
 
 
 def test_all_points_or_some_over_all_are_tried():

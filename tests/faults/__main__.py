@@ -108,7 +108,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Tries all points and prints what it found. Returns 1 if there were faults."""
     parser = argparse.ArgumentParser(prog="faults", description=__doc__)
     parser.add_argument("commands", nargs="*", choices=[[], *COMMANDS], help="commands; default: all")
-    parser.add_argument("--kinds", default=",".join(KINDS), help=f"ways to fail; default: {','.join(KINDS)}")
+    parser.add_argument("--kinds", default=",".join(KINDS), help=f"kinds of failures; default: {','.join(KINDS)}")
     help = f"points of a command and kind; default: all of them, but {SAMPLED} allocations of more than {FEW}"
     parser.add_argument("--most", type=int, help=help)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="runs at once")

@@ -11,7 +11,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzz import arguments, changes, core_arrays, inputs, judges, mesh_samples, planted_faults, samples, validator
+from fuzz import (
+    arguments,
+    changes,
+    core_arrays,
+    inputs,
+    judges,
+    mesh_samples,
+    option_validator,
+    planted_faults,
+    samples,
+    validator,
+)
 from fuzz.process import Worker
 from support import checkout_scripts, core_calls
 
@@ -125,12 +136,12 @@ NONSENSE = {
 
 @pytest.mark.parametrize("name", NONSENSE)
 def test_the_validator_knows_nonsense(name):
-    assert validator.file_nonsense(name, NONSENSE[name].encode())
+    assert set(validator.file_nonsense(name, NONSENSE[name].encode())) - {validator.NO_KIND}
 
 
 def test_the_validator_takes_the_good_files_and_free_fields():
-    free = {"free.json": b'{"schema": "mmp-plan/1", "planner": {"x": 1}, "stats": {"y": {"z": 1}}}'}
-    for name, content in (samples.contents() | free).items():
+    free = json.loads(samples.contents()["plan.json"]) | {"planner": {"x": 1}, "stats": {"y": {"z": 1}}}
+    for name, content in (samples.contents() | {"free.json": json.dumps(free).encode()}).items():
         assert validator.file_nonsense(name, content) == [], name
 
 
@@ -180,13 +191,16 @@ BAD_OPTIONS = (
     *("--set dt=0", "--set dt=inf", "--set waits=x", "--set trace=7", "--set step=-1", "--set unknown=1"),
     *("--start nan", "--start left=nan", "--start left=[NaN]", "--start stay", "--start 1", "--goal left=hom"),
     *('--goal left={"posex":1}', '--goal {"left":{"anyx":[]}}', '--keep left={"uprightx":1}', "--keep left=1"),
+    *('--keep left={"upright":{"axis":[0,0,1],"within":-1}}', '--keep left={"upright":{"axis":[0,0,0],"within":1}}'),
+    *('--keep left={"upright":{"within":1}}', '--goal left={"pose":{"position":[0,1],"free":"rotation"}}'),
+    *('--start left={"pose":{"position":[0,0,1]}}', '--goal {"left":{"any":[]}}', '--goal left=["x"]'),
     *("--format x", "--control-mode x", "--planner x", "--robot x", "--task x", "--memory-limit 0"),
 )
 
 
 @pytest.mark.parametrize("line", BAD_OPTIONS)
 def test_the_validator_knows_options(line):
-    assert validator.option_nonsense(["plan", *line.split()])
+    assert option_validator.option_nonsense(["plan", *line.split()])
 
 
 @pytest.mark.parametrize(
@@ -194,12 +208,14 @@ def test_the_validator_knows_options(line):
     [
         "--margin arms=0.01,self=1e-3 --seed 0 --count 1 --time-limit inf --planner ecbs --robot panda --format npz",
         "--set w=1 --set tight.step=0.1 --set step=gradient --set trace=on --set shorten=0 --set dt=1e-3",
-        '--start left=[0,1] --start home --goal stay --goal left={"any":["home",{"pose":{"free":"z"}}]} --goal @x',
-        '--keep left={"upright":{"axis":[0,0,1],"within":1}} --keep {"left":{"upright":{"within":1}}} --keep @x',
+        "--start left=[0,1] --start home --goal stay --goal @x",
+        '--goal left={"any":["home",{"pose":{"position":[0,0,1],"free":"rotation"}}]}',
+        '--keep left={"upright":{"axis":[0,0,1],"within":1}} --keep @x',
+        '--keep {"left":{"upright":{"axis":[1,0,0],"within":1}}}',
     ],
 )
 def test_the_validator_takes_good_options(line):
-    assert validator.option_nonsense(["plan", *line.split()]) == []
+    assert option_validator.option_nonsense(["plan", *line.split()]) == []
 
 
 @pytest.mark.parametrize(

@@ -16,12 +16,16 @@ import numpy as np
 import yaml
 
 from fuzz import samples
-from fuzz.validator import file_nonsense, numbers_of, option_nonsense, yaml_value
+from fuzz.json_values import numbers_of
+from fuzz.option_validator import option_nonsense
+from fuzz.validator import file_nonsense, violations, yaml_value
 
 CODES = (0, 1, 2)
 LONGEST_MESSAGE = 4000
 SAY_WHAT_IS_WRONG = ("check", "export", "robot")
 """Commands that read files with faults, say what is wrong, and end with 1."""
+REFUTING = ("check", "export")
+"""Commands that end with 1 if the checker refutes a plan; `show` draws it."""
 RAISED = re.compile(r"planner '.*' raised .*")
 """Message about a planner that raised."""
 _BROKEN_ARRAYS = (EOFError, OSError, zipfile.BadZipFile, zlib.error)
@@ -126,5 +130,8 @@ def _nonsense(run: Run) -> list[str]:
         read |= {f"{folder}/episodes" for folder in read}
     for name, content in run.before.items():
         if name in read or str(Path(name).parent) in read or samples.NAMED_IN.get(name) in read:
-            out += [f"accepted {name}: {reason}" for reason in file_nonsense(name, content)]
+            reasons = file_nonsense(name, content)
+            if not reasons and run.code == 0 and run.line[0] in REFUTING:
+                reasons = violations(content)
+            out += [f"accepted {name}: {reason}" for reason in reasons]
     return out

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import warnings
 import xml.etree.ElementTree as ET
 import xml.parsers.expat as expat
 from collections.abc import Iterator, Mapping, Sequence
@@ -163,11 +164,13 @@ def _is_xacro(tag: str) -> bool:
 
 @contextlib.contextmanager
 def without_log() -> Iterator[None]:
-    """Drops MuJoCo's warnings, which would be written to a file in the working directory."""
+    """Drops MuJoCo's warnings, which would be in a file in the working directory, or printed by Python."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
     finally:
         mujoco.set_mju_user_warning(before)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import random
 import sys
 import tempfile
@@ -15,7 +14,7 @@ from pathlib import Path
 
 from figure import print_figure
 
-from fuzz import core_arrays, inputs, samples
+from fuzz import core_arrays, inputs, kept_calls, samples
 from fuzz.process import LONGEST_S, Fault, Worker
 
 CALLS = 2000
@@ -89,9 +88,14 @@ class Fuzzing:
         try:
             answer = worker.ask({"seed": seed, "calls": CALLS})
             self.calls, self.returned = self.calls + answer["calls"], self.returned + answer["returned"]
+            for number, fault in answer["faults"].items():
+                self._report_call(fault, seed, int(number))
         except Fault as fault:
-            call = {"name": core_arrays.name_of(seed, worker.number), "seed": f"{seed}/{worker.number}"}
-            self._report(f"{fault}, in {call['name']}", call["seed"], json.dumps(call) + "\n")
+            self._report_call(str(fault), seed, worker.number)
+
+    def _report_call(self, fault: str, seed: str, number: int) -> None:
+        name, arguments = core_arrays.call_of(seed, number)
+        self._report(f"{fault}, in {name}", f"{seed}/{number}", kept_calls.to_json(name, arguments))
 
     def _report(self, text: str, seed: str, content: str) -> None:
         path = self._settings.keep / f"{seed.replace('/', '-')}.json"
@@ -107,7 +111,8 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2, help="worker processes (default: 2)")
     help = "the same inputs, in the same order, for the same seed and number of workers (default: from the clock)"
     parser.add_argument("--seed", type=int, default=int(time.time()), help=help)
-    parser.add_argument("--keep", type=Path, help="folder for the inputs that failed (default: a new one)")
+    help = "folder for the inputs that fail, one file each, to be moved to tests/fuzz/regressions (default: a new one)"
+    parser.add_argument("--keep", type=Path, help=help)
     help = f"longest time for a command line (default: {LONGEST_S:g})"
     parser.add_argument("--longest", type=float, default=LONGEST_S, metavar="S", help=help)
     help = f"share of the time for calls of the core (default: {CORE_SHARE:g})"
@@ -117,6 +122,7 @@ def main() -> int:
     print(f"--seed {args.seed} --workers {args.workers} gives these inputs again", flush=True)
     keep = args.keep or Path(tempfile.mkdtemp(prefix="fuzz-kept-"))
     keep.mkdir(parents=True, exist_ok=True)
+    print(f"inputs that fail are kept in {keep.resolve()}", flush=True)
     good = samples.contents()  # takes seconds, which do not count
     end_s = time.monotonic() + 60 * args.minutes
     fuzzing = Fuzzing(Settings(args.seed, end_s, keep, args.longest, args.core_share), good)
@@ -138,7 +144,7 @@ def print_summary(fuzzing: Fuzzing, figure: str, seed: int) -> None:
     print(_row("together", codes))
     print(f"{'core':18} {fuzzing.calls:7} calls, {fuzzing.returned:6} returned")
     more = {"accepted": codes[0], "exit_1": codes[1], "exit_2": codes[2], "core_calls": fuzzing.calls}
-    more |= {"faults": len(fuzzing.found), "seed": seed}
+    more |= {"core_returned": fuzzing.returned, "faults": len(fuzzing.found), "seed": seed}
     print_figure(figure, codes.total(), "command lines", **more)
 
 

@@ -73,7 +73,7 @@ def tried(given: Input, worker: Worker, planted: str | None = None) -> tuple[int
             answer: dict[str, Any] = worker.ask(request, samples.PATIENCE.get(given.kind, 1.0))
         except Fault as fault:
             return None, [str(fault)]
-        run = judges.Run(given.line, answer["code"], answer["out"], answer["err"], folder, before)
+        run = judges.Run(given.line, answer["code"], answer["out"], answer["err"], folder, before, answer["native"])
         found = judges.faults(run)
         return answer["code"], found or (_refuted(folder, worker) if run.code == 0 else [])
     finally:

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import yaml
+from faults import whole_files
 
 from fuzz import samples
 from fuzz.json_values import numbers_of
@@ -22,6 +23,11 @@ from fuzz.validator import file_nonsense, violations, yaml_value
 
 CODES = (0, 1, 2)
 LONGEST_MESSAGE = 4000
+"""Largest number of characters of a message."""
+MOST_LINES = 3
+"""Largest number of lines of a refusal."""
+WARNED = re.compile(r".*\w*Warning: .*")
+"""Warning that Python prints."""
 SAY_WHAT_IS_WRONG = ("check", "export", "robot")
 """Commands that read files with faults, say what is wrong, and end with 1."""
 REFUTING = ("check", "export")
@@ -35,7 +41,10 @@ LATE = ("diverged", "that is executed takes")
 
 @dataclass(frozen=True)
 class Run:
-    """A command line, its exit code and what it printed; `folder` is where it ran, `before` the files there before."""
+    """A command line, its exit code and what it printed; `folder` is where it ran, `before` the files there before.
+
+    `native` is what libraries wrote to standard error past Python's streams.
+    """
 
     line: list[str]
     code: int
@@ -43,6 +52,7 @@ class Run:
     err: str
     folder: Path
     before: dict[str, bytes]
+    native: str = ""
 
 
 def faults(run: Run) -> list[str]:
@@ -54,14 +64,29 @@ def faults(run: Run) -> list[str]:
         out.append("traceback: " + run.err.strip().splitlines()[-1])
     if raised := RAISED.search(run.err):
         out.append(raised[0])
+    out += _message_faults(run)
+    return out + _files(run) + _nonsense(run)
+
+
+def _message_faults(run: Run) -> list[str]:
+    """Returns what is wrong with the messages of a run."""
+    out = []
     said = [line for line in run.err.splitlines() if not line.startswith("usage:") and line.strip()]
     if run.code == 2 and not said:
         out.append("exit code 2 without a sentence")
+    if run.code == 1 and not said and not run.out.strip():
+        out.append("exit code 1 without a sentence")
+    if run.code == 2 and len(said) > MOST_LINES:
+        out.append(f"a message of {len(said)} lines")
     if run.code == 2 and len(run.err) > LONGEST_MESSAGE:
         out.append(f"a message of {len(run.err)} characters")
     if any(character < " " and character not in "\n\t\r" for character in run.err):
         out.append("control characters in a message")
-    return out + _files(run) + _nonsense(run)
+    if warned := WARNED.search(run.err + run.native):
+        out.append(f"a warning of Python: {warned[0]}")
+    if run.native.strip():
+        out.append(f"a library wrote: {run.native.strip().splitlines()[-1]}")
+    return out
 
 
 def _files(run: Run) -> list[str]:
@@ -99,13 +124,15 @@ def _is_continued(run: Run, name: str) -> bool:
 
 
 def _unreadable(path: Path) -> str:
-    """Returns why a written file cannot be used; nothing for a good one and for pages and pictures."""
+    """Returns why a written file cannot be used; nothing for a good one."""
+    if path.suffix not in ("", ".jsonl", ".yaml") and (reason := whole_files.broken(path)):
+        return reason
     try:
         if path.suffix == ".csv":
             rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
             numbers_of([[float(word) for word in row] for row in rows[1:]])
             return "rows of several lengths" if len({len(row) for row in rows}) > 1 else ""
-        if path.suffix in (".json", ".yaml"):
+        if path.suffix in ("", ".json", ".yaml"):
             numbers_of(yaml_value(path.read_bytes()) if path.suffix == ".yaml" else json.loads(path.read_bytes()))
         if path.suffix == ".jsonl":
             numbers_of([json.loads(row) for row in path.read_bytes().splitlines()])

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import select
+import signal
 import struct
 import subprocess
 import sys
@@ -34,6 +36,7 @@ class Worker:
         self._home = tempfile.TemporaryDirectory(prefix="fuzz-")
         self._place = Path(self._home.name, "number")
         self._place.write_bytes(bytes(8))
+        self._said = Path(self._home.name, "stderr")
         self._process: subprocess.Popen[str] | None = None
 
     def ask(self, request: dict[str, Any], patience: float = 1.0) -> dict[str, Any]:
@@ -53,16 +56,17 @@ class Worker:
         try:
             process.stdin.write(json.dumps(request) + "\n")
             process.stdin.flush()
-            if not _answers(process, seconds, self._place):
+            if reason := _hang(process, seconds, self._place):
                 self._stop()
-                raise Fault(f"no answer within {seconds:g} s")
+                raise Fault(reason)
             line = process.stdout.readline()
         except BrokenPipeError:
             pass
         if not line:
             code = process.wait()
             self._stop()
-            raise Fault(f"the process ended with signal {-code}" if code < 0 else f"the process ended with code {code}")
+            end = f"signal {-code}" if code < 0 else f"code {code}"
+            raise Fault(f"the process ended with {end}{_last_lines(self._said)}")
         return json.loads(line)
 
     @property
@@ -77,8 +81,12 @@ class Worker:
 
     def _stop(self) -> None:
         if self._process is not None:
+            children = _descendants(self._process.pid)
             self._process.kill()
             self._process.communicate()
+            for child in children:
+                with contextlib.suppress(OSError):
+                    os.kill(child, signal.SIGKILL)
             self._process = None
 
     def _start(self) -> subprocess.Popen[str]:
@@ -88,32 +96,56 @@ class Worker:
         for name in ("data", "cache"):
             env[f"XDG_{name.upper()}_HOME"] = f"{self._home.name}/{name}"
         command = [sys.executable, "-m", "fuzz.worker", str(self._place)]
-        return subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=env
-        )
+        with self._said.open("ab") as said:
+            return subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=said, text=True, env=env
+            )
 
 
-def _answers(process: subprocess.Popen[str], seconds: float, place: Path) -> bool:
-    """Waits until a process answers. Returns False if it has worked for `seconds` without, or slept for much longer.
+def _hang(process: subprocess.Popen[str], seconds: float, place: Path) -> str:
+    """Waits until a process answers. Returns why it does not: it has worked for `seconds`, or slept for much longer.
 
     Each call of the core has these seconds; `place` has its number.
     """
-    begin, begin_cpu, number = time.monotonic(), _processor_time(process), place.read_bytes()
+    begin, begin_cpu, number = time.monotonic(), _processor_time(process.pid), place.read_bytes()
     while not select.select([process.stdout], [], [], min(seconds, 1.0))[0]:
         if (now := place.read_bytes()) != number:
-            begin, begin_cpu, number = time.monotonic(), _processor_time(process), now
-        if _processor_time(process) - begin_cpu >= seconds or time.monotonic() - begin >= _PATIENCE * seconds:
-            return False
-    return True
+            begin, begin_cpu, number = time.monotonic(), _processor_time(process.pid), now
+        if _processor_time(process.pid) - begin_cpu >= seconds:
+            return f"no answer within {seconds:g} s of processor time"
+        if time.monotonic() - begin >= _PATIENCE * seconds:
+            return f"no answer within {_PATIENCE * seconds:g} s"
+    return ""
 
 
-def _processor_time(process: subprocess.Popen[str]) -> float:
-    """Returns the processor time that a process has used [s], 0 once it has ended."""
+def _processor_time(pid: int) -> float:
+    """Returns the processor time that a process and its children have used [s], also those that have ended."""
+    ticks = sum(sum(map(int, words[11:15])) for words in map(_stat, [pid, *_descendants(pid)]) if words)
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
+def _descendants(pid: int) -> list[int]:
+    """Returns the processes that a process has started, and those that they have started."""
+    out = []
+    for children in Path("/proc", str(pid), "task").glob("*/children"):
+        with contextlib.suppress(OSError):
+            for child in map(int, children.read_text(encoding="ascii").split()):
+                out += [child, *_descendants(child)]
+    return out
+
+
+def _stat(pid: int) -> list[str]:
+    """Returns the words of the state of a process after its name; nothing once it has ended."""
     try:
-        words = Path(f"/proc/{process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+        return Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace").rsplit(")", 1)[1].split()
     except OSError:
-        return 0.0
-    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+        return []
+
+
+def _last_lines(path: Path, count: int = 3) -> str:
+    """Returns the last lines of a text after a colon; nothing if it is empty."""
+    lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-count:]
+    return "".join(f": {line}" for line in lines)
 
 
 def _path() -> str:

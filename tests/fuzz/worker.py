@@ -1,6 +1,7 @@
 """A process that runs command lines and calls of the core: one JSON request a line in, one JSON answer a line out.
 
 The number of the call of the core that runs is in the file of its first argument, so that it is known after a crash.
+Standard error is a file to append to; an answer has what libraries wrote there past Python's streams.
 """
 
 from __future__ import annotations
@@ -26,11 +27,14 @@ def main() -> None:
 
 
 def _answer(request: dict[str, Any], place: Path) -> dict[str, Any]:
+    if "call" in request:
+        from fuzz import core_arrays, kept_calls
+
+        returned, fault = core_arrays.attempt(*kept_calls.from_json(request["call"]))
+        return {"returned": returned, "fault": fault}
     if "seed" in request:
         from fuzz import core_arrays
 
-        if "name" in request:
-            return {"returned": core_arrays.attempt(request["name"], request["seed"])}
         return core_arrays.run(request["seed"], request["calls"], place)
     os.chdir(request["folder"])
     out, err = io.StringIO(), io.StringIO()
@@ -41,7 +45,16 @@ def _answer(request: dict[str, Any], place: Path) -> dict[str, Any]:
         code = 70
         err.write(traceback.format_exc())
     os.chdir(tempfile.gettempdir())
-    return {"code": code, "out": out.getvalue(), "err": err.getvalue()}
+    return {"code": code, "out": out.getvalue(), "err": err.getvalue(), "native": _native()}
+
+
+def _native() -> str:
+    """Returns what was written to the file of standard error since the last request, and empties it."""
+    if not os.fstat(2).st_size:
+        return ""
+    text = Path(os.readlink("/proc/self/fd/2")).read_text(encoding="utf-8", errors="replace")
+    os.ftruncate(2, 0)
+    return text
 
 
 def _command(line: list[str], planted: str | None) -> int:

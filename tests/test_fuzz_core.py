@@ -83,6 +83,9 @@ def test_a_state_that_is_not_a_number_must_not_be_certified():
 def test_overlapping_hulls_and_nothing_found_are_no_faults():
     assert fault("hull_distances", np.array([[-np.inf, 0.0]] * 3)) == ""
     assert fault("SingleArm.plan", (None, 10)) == ""
+    far = np.zeros(4, dtype=np.int32), np.full(4, np.inf)
+    assert fault("deepest_balls", far, radii=np.zeros(0), centers=np.zeros((0, 3))) == ""
+    assert fault("deepest_balls", far)
 
 
 @pytest.mark.parametrize("name", CALLS)

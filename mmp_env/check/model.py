@@ -14,7 +14,7 @@ from mmp_env.check.held import BODY, held_spheres
 from mmp_env.check.hulls import GrownMesh, add_hulls, in_geom_frames
 from mmp_env.check.models import CheckedModel
 from mmp_env.errors import is_out_of_memory
-from mmp_env.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco, without_log
 
 _GEOMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
@@ -249,7 +249,8 @@ def _compile(cell: CheckedCell, *, hulls: bool) -> tuple[mujoco.MjModel, dict[st
         if arm.held:
             _hold(spec, arm, arm.held)
     try:
-        return spec.compile(), meshes
+        with without_log():
+            return spec.compile(), meshes
     except ValueError as error:
         raise _refused("the cell", error) from None
 
@@ -287,7 +288,8 @@ def _refused(what: str, error: ValueError) -> UnreadableError | MemoryError:
 
 def _mjcf(model: CheckedModel) -> mujoco.MjSpec:
     try:
-        spec = mujoco.MjSpec.from_string(model.mjcf)
+        with without_log():
+            spec = mujoco.MjSpec.from_string(model.mjcf)
     except ValueError as error:
         raise _refused(f"{model.name}.xml", error) from None
     _test_names(spec, model)

@@ -157,10 +157,11 @@ def _tool_parts(tool: Tool) -> tuple[list[str], int]:
 
 def _compile(model: _Model, parts: Callable[[_Model], tuple[list[str], int]], where: str) -> None:
     """Raises `MmpError` for MJCF that MuJoCo refuses, or whose parts are not those of the robot or tool."""
-    from mmp_env.mujoco_import import mujoco
+    from mmp_env.mujoco_import import mujoco, without_log
 
     try:
-        compiled = mujoco.MjModel.from_xml_string(model.mjcf)
+        with without_log():
+            compiled = mujoco.MjModel.from_xml_string(model.mjcf)
     except ValueError as error:
         raise MmpError(f"{where} is not MJCF that MuJoCo can read: {' '.join(str(error).split())}") from None
     bodies, joints = parts(model)

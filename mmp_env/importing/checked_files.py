@@ -15,7 +15,7 @@ from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
 from mmp_env.importing.cover_fit import Cover
 from mmp_env.importing.pieces import Piece
 from mmp_env.model.transforms import matrix_from_rpy, transform
-from mmp_env.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco, without_log
 
 
 @dataclass(kw_only=True, eq=False)
@@ -100,6 +100,8 @@ def read_robot_files(folder: Path, faults: list[str]) -> RobotFiles | None:
         robot, spheres = json.loads(texts["robot.json"]), json.loads(texts["spheres.json"])
         hulls = json.loads(texts.get("hulls.json", "null"))
         origin = hulls.pop("origin", {}) if hulls else {}
+        with without_log():
+            model = mujoco.MjModel.from_xml_string(texts[mjcf])
         return RobotFiles(
             name=folder.name,
             texts=texts,
@@ -108,7 +110,7 @@ def read_robot_files(folder: Path, faults: list[str]) -> RobotFiles | None:
             hulls=hulls,
             from_meshes="meshes" in origin,
             volumes_m3=origin.get("volumes_m3", {}),
-            model=mujoco.MjModel.from_xml_string(texts[mjcf]),
+            model=model,
             arm=_arm_geometry(robot, spheres, hulls or {}),
         )
     except (ValueError, ArithmeticError, KeyError, TypeError, IndexError, AttributeError, MmpError) as error:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from mmp_env.importing.checked_files import RobotFiles, named
 from mmp_env.importing.self_pairs import always_overlap, contact_counts, self_clearance
-from mmp_env.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco, without_log
 
 _SELF_SAMPLES, _SPHERE_SAMPLES = 10_000, 2000
 _REASONS = ("adjacent", "always", "never")
@@ -109,7 +109,8 @@ def pose_faults(files: RobotFiles) -> Iterator[str]:
 
 def _without_excludes(files: RobotFiles) -> str:
     """The MJCF that excludes contacts of neighbours only; its geoms are the hulls where these stand for meshes."""
-    spec = mujoco.MjSpec.from_string(files.texts[f"{files.name}.xml"])
+    with without_log():
+        spec = mujoco.MjSpec.from_string(files.texts[f"{files.name}.xml"])
     neighbours = {frozenset((files.links[k], files.links[k + 1])) for k in range(len(files.joints))}
     neighbours |= {frozenset((files.links[i], files.links[j])) for i, j in files.arm.neighbours()}
     for pair in list(spec.excludes):

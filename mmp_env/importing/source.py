@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import warnings
 import xml.etree.ElementTree as ET
 import xml.parsers.expat as expat
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,7 +23,7 @@ from mmp_env.importing.compiled_source import SourceModel
 from mmp_env.importing.finite import require_finite_model
 from mmp_env.importing.urdf import repair_inertia, urdf_facts, urdf_text
 from mmp_env.meshes.mesh_files import is_read_by_mujoco, read_mesh, refuse_words
-from mmp_env.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco, without_log
 
 MOST_GEOMS = 1000
 """Largest number of collision geoms in a model."""
@@ -160,19 +159,6 @@ def parsed_xml(text: bytes) -> ET.Element:
 
 def _is_xacro(tag: str) -> bool:
     return "ros.org/wiki/xacro" in tag or tag.startswith("xacro:")
-
-
-@contextlib.contextmanager
-def without_log() -> Iterator[None]:
-    """Drops MuJoCo's warnings, which would be in a file in the working directory, or printed by Python."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: None)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        mujoco.set_mju_user_warning(before)
 
 
 @contextlib.contextmanager

@@ -21,7 +21,7 @@ from mmp_env.model.held import HELD
 from mmp_env.model.hulls import Hull
 from mmp_env.model.joint_chain import untested_pairs
 from mmp_env.model.robot import EXACT, Robot, Tool
-from mmp_env.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco, without_log
 from mmp_env.sim.arm_colors import arm_color
 from mmp_env.sim.scene_appearance import OBJECT_RGBA, obstacle_rgba, set_stage
 
@@ -87,7 +87,8 @@ def compile_scene(
         more(spec)
     set_stage(spec, cell)
     try:
-        return spec.compile()
+        with without_log():
+            return spec.compile()
     except ValueError as error:
         raise _refused(f"MuJoCo cannot compile cell '{cell.name}'", error) from error
 
@@ -194,7 +195,8 @@ def add_carried(spec: Any, solid: Obstacle, name: str) -> None:
 def _read_mjcf(model: Robot | Tool) -> Any:
     """Returns a new spec of a robot or tool without its options and keyframes. Attaching consumes a spec."""
     try:
-        spec = mujoco.MjSpec.from_string(model.mjcf)
+        with without_log():
+            spec = mujoco.MjSpec.from_string(model.mjcf)
     except ValueError as error:
         raise _refused(f"{model.name}.xml is not MJCF that MuJoCo can read", error) from error
     spec.option = mujoco.MjSpec().option

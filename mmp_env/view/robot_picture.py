@@ -10,7 +10,7 @@ from jaxtyping import UInt8
 
 from mmp_env.files.writing import check_writable, whole_file
 from mmp_env.model.robot import SPHERE_SETS, Robot
-from mmp_env.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco, without_log
 from mmp_env.opengl import offscreen_backend, open_context
 from mmp_env.view.pictures import encoded, labelled, picture_format
 
@@ -43,7 +43,8 @@ def robot_picture(robot: Robot) -> UInt8[np.ndarray, "h w 3"]:
 
 
 def _shot(robot: Robot, sphere_set: str | None) -> UInt8[np.ndarray, "h w 3"]:
-    spec = mujoco.MjSpec.from_string(robot.mjcf)
+    with without_log():
+        spec = mujoco.MjSpec.from_string(robot.mjcf)
     if sphere_set is not None:
         for geom in list(spec.geoms):
             spec.delete(geom)

@@ -7,8 +7,8 @@ from typing import Any
 
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_file, real_path, refusal
-from mmp_env.importing.source import one_line, without_log
-from mmp_env.mujoco_import import mujoco
+from mmp_env.importing.source import one_line
+from mmp_env.mujoco_import import mujoco, without_log
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
 """Suffixes of files that hold a model."""

@@ -236,3 +236,14 @@ def test_the_validator_knows_what_the_checker_must_refute(case, worker):
 
 def test_the_good_plans_violate_nothing():
     assert [name for name, content in samples.contents().items() if validator.violations(content)] == []
+
+
+def test_the_validator_knows_a_carried_robot_that_was_changed(worker):
+    plan = json.loads(samples.contents()["hashed_arms.json"])
+    files = next(iter(plan["problem"]["cell"]["robots"].values()))
+    files["robot.json"]["joints"][0]["velocity"] += 1e-6
+    content = json.dumps(plan).encode()
+    (nonsense,) = validator.file_nonsense("hashed_arms.json", content)
+    assert "changed since its sha256 was written" in nonsense
+    given = inputs.Input(kind="check plan", line=["check", "hashed_arms.json"], files={"hashed_arms.json": content})
+    assert inputs.tried(given, worker) == (2, [])

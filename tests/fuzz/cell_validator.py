@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 import re
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -186,6 +189,24 @@ def _joints_of_robot(cell: dict[str, Any], robot: Any) -> int | None:
     return len(joints) if isinstance(joints, list) else built_in
 
 
+def _digest(files: dict[str, Any]) -> str:
+    """Returns the hash of the files of a robot or of a tool that a cell carries, by docs/reference/files.md."""
+    text = json.dumps(_floats({key: value for key, value in files.items() if key != "sha256"}), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _floats(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _floats(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_floats(item) for item in value]
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return value
+    if abs(value) > sys.float_info.max:
+        return math.inf if value > 0 else -math.inf
+    return float(value) + 0.0
+
+
 def _carried_nonsense(cell: dict[str, Any], kind: str, file: str, judge: Any) -> Iterator[str]:
     carried = cell.get(kind)
     yield from wrong(cell, kind, isinstance(carried, dict))
@@ -195,6 +216,8 @@ def _carried_nonsense(cell: dict[str, Any], kind: str, file: str, judge: Any) ->
         if not isinstance(files, dict):
             yield f"files {str(files)[:60]}"
             continue
+        if files.get("sha256") is not None and files["sha256"] != _digest(files):
+            yield f"carried {name}, changed since its sha256 was written"
         yield from missing(files, file, "spheres.json")
         if file in files:
             yield from judge(files[file])

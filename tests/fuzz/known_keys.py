@@ -62,7 +62,7 @@ _TOOL = {
     "sources": FREE,
     "notes": FREE,
 }
-_CARRIED = {"spheres.json": _SPHERES, "hulls.json": _HULLS, "*.xml": VALUE}
+_CARRIED = {"spheres.json": _SPHERES, "hulls.json": _HULLS, "*.xml": VALUE, "sha256": VALUE}
 _CELL = {
     "name": VALUE,
     "arms": _values("name", "robot", "position", "yaw", "quaternion", "tool", "tool_state") | {"held": _SOLID},

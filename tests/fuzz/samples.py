@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import functools
 import io
 import json
@@ -48,6 +49,7 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "ring": ("", ["plan", "MultiArmCell-2", "--seed", "3", "--planner", "apf-ecbs", "--margin", "0.005", "--json"]),
     "check plan": ("plan.json", ["check", "plan.json"]),
     "check own arms": ("own_arms.json", ["check", "own_arms.json"]),
+    "check hashed arms": ("hashed_arms.json", ["check", "hashed_arms.json"]),
     "check schedule": ("schedule.json", ["check", "schedule.json", "--json"]),
     "check episode": ("episode.json", ["check", "episode.json"]),
     "export csv": ("plan.json", ["export", "plan.json", "--to", "out.csv"]),
@@ -143,7 +145,8 @@ def _texts() -> dict[str, str]:
         "goal.json": ends["goal"],
         "plan.json": bad_files.good_plan(),
         "schedule.json": _schedule(jobs),
-        "own_arms.json": _plan_of_own_arms(),
+        "hashed_arms.json": (hashed := _plan_of_own_arms()),
+        "own_arms.json": _without_hashes(hashed),
         "jobs.json": jobs,
         "results/settings.json": report_folders.settings("ecbs", "auto"),
         "episode.json": _episode(),
@@ -243,6 +246,15 @@ def _plan_of_own_arms() -> dict[str, Any]:
     found = mmp_planners.make("prioritized").plan(problem, seed=0, time_limit=60.0).plan
     assert found is not None
     return json.loads(json.dumps(plan_to_dict(found)))
+
+
+def _without_hashes(plan: dict[str, Any]) -> dict[str, Any]:
+    """Returns the plan without the hashes of its robots and tools, so that changes of these are read."""
+    out = copy.deepcopy(plan)
+    for kind in ("robots", "tools"):
+        for files in out["problem"]["cell"].get(kind, {}).values():
+            del files["sha256"]
+    return out
 
 
 def _schedule(jobs: dict[str, Any]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser, add_margin, output, seconds, seed, whole
-from mmp_cli.output import complain, say
+from mmp_cli.output import complain, one_line, say, shortened
 from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.wording import counted
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from mmp_cli.datasets.folder import DatasetFolder
     from mmp_env.gym.env import MultiArmCellEnv
     from mmp_env.model.cell import Cell
+    from mmp_env.model.problem import Problem
+    from mmp_planners import PlanResult
 
 FORMATS = ("npz", "minari")
 
@@ -54,11 +56,11 @@ def parser() -> Parser:
 
 def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
-    import mmp_planners
     from mmp_cli.benchmark.job import MOST_UNITS
     from mmp_cli.benchmark.sources import read_sources
     from mmp_cli.datasets import minari_format
     from mmp_cli.datasets.folder import exclusive
+    from mmp_cli.plan import ready
     from mmp_env.errors import UnknownNameError
     from mmp_env.gym.control import CONTROL_MODES
 
@@ -68,13 +70,14 @@ def run(args: Namespace) -> int:
         raise UnknownNameError("--control-mode", args.control_mode, CONTROL_MODES)
     if args.format == "minari":
         minari_format.require()
-    planner = mmp_planners.make(args.planner)
+    with ready(args.planner, {}):  # a planner that does not load ends the command before it plans
+        pass
     (source,) = read_sources(Namespace(**vars(args) | {"sources": [args.source]}))
     with exclusive(Path(args.out)):
-        return _fill(args, source, planner)
+        return _fill(args, source)
 
 
-def _fill(args: Namespace, source: Instances, planner: object) -> int:
+def _fill(args: Namespace, source: Instances) -> int:
     """Adds the instances that are missing and reports. Returns the exit code."""
     from mmp_cli.datasets import minari_format
     from mmp_cli.datasets.episode_file import rows_of
@@ -89,7 +92,7 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
     for k, item in enumerate(source.items):
         if item.name in folder.done:
             continue
-        outcome, episode = _episode(args, source, k, planner)
+        outcome, episode = _episode(args, source, k)
         folder.add(item.name, item.seed, outcome, episode)
         complain(f"{len(folder.lines)} of {len(source.items)}: {item.name}: {outcome}")
     identity, name = None, source.title.replace(" ", "-")
@@ -109,7 +112,7 @@ def _settings(args: Namespace, source: Instances) -> dict[str, object]:
     return {"source": source.title, "cell": source.digest, "seed": args.seed, **asked, "version": __version__}
 
 
-def _episode(args: Namespace, source: Instances, k: int, planner: object) -> tuple[str, Episode | None]:
+def _episode(args: Namespace, source: Instances, k: int) -> tuple[str, Episode | None]:
     """Returns what came of an instance, and its episode if the expert reached the goal."""
     from mmp_cli.datasets.expert import follow
     from mmp_cli.datasets.folder import SUCCESS
@@ -118,9 +121,10 @@ def _episode(args: Namespace, source: Instances, k: int, planner: object) -> tup
         problem = source.problem(k)
     except InvalidInstanceError as error:
         return f"invalid: {error}", None
-    result = planner.plan(problem, seed=source.items[k].seed, time_limit=args.time_limit)  # pyright: ignore
+    result = _planned(args, problem, source.items[k].seed)
     if result.plan is None:
-        return f"no plan: {result.status}", None
+        fault = result.stats.get("message") if result.status == "error" else None
+        return f"no plan: {result.status}" if fault is None else f"error: {shortened(one_line(str(fault)))}", None
     with closing(_env(args, problem.cell)) as env:
         try:
             episode = follow(env, problem, result.plan)
@@ -130,6 +134,21 @@ def _episode(args: Namespace, source: Instances, k: int, planner: object) -> tup
         return SUCCESS, episode
     contact = "a contact" if episode.infos["contacts"].any() else "the goal was not reached"
     return f"not followed: {contact}", None
+
+
+def _planned(args: Namespace, problem: Problem, seed: int) -> PlanResult:
+    """Returns the result of the expert. It is `error` if the expert refuses the problem, or is foreign and fails."""
+    from mmp_cli.plan import ready
+    from mmp_planners import PlanResult, Status, registry
+    from mmp_planners.safe_plan import run_planner
+
+    try:
+        with ready(args.planner, {}) as planner:
+            if registry.is_foreign(args.planner):
+                return run_planner(args.planner, planner, problem, seed=seed, time_limit=args.time_limit)
+            return planner.plan(problem, seed=seed, time_limit=args.time_limit)
+    except MmpError as error:
+        return PlanResult(status=Status.ERROR, stats={"message": str(error)})
 
 
 def _env(args: Namespace, cell: Cell) -> MultiArmCellEnv:

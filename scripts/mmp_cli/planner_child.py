@@ -79,7 +79,7 @@ def _planned(
     except StopPlanning:
         pass
     except MmpError as error:
-        return MISUSE, in_words(error)
+        return MISUSE, in_words(error.__cause__ or error)  # the parent names the planner
     except BaseException as error:  # a KeyboardInterrupt is not the user's, who causes StopPlanning
         result = failed(name, f"raised {in_words(error)}")
     return RESULT, result_to_data(result)

@@ -68,7 +68,7 @@ def follow(env: MultiArmCellEnv, problem: Problem, plan: Plan) -> Episode:
         MmpError: for a plan that cannot be retimed.
     """
     if plan.cost_rad == 0:
-        raise MmpError("start and goal are the same")
+        raise MmpError("the plan moves no arm")
     reference = Reference(retime(plan), problem.start)
     observation, _ = env.reset(options={"start": problem.start, "goal": plan.problem.goal})
     count = int(np.ceil(reference.end_s * env.metadata["render_fps"]))

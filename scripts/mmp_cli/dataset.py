@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 import shlex
 from argparse import Namespace
 from contextlib import closing
@@ -109,6 +110,7 @@ def _settings(args: Namespace, source: Instances) -> dict[str, object]:
     from mmp_env.version import __version__
 
     asked = {key: getattr(args, key) for key in ("planner", "time_limit", "control_mode", "task", "robot", "margin")}
+    asked["time_limit"] = None if math.isinf(args.time_limit) else args.time_limit  # JSON has no infinity
     return {"source": source.title, "cell": source.digest, "seed": args.seed, **asked, "version": __version__}
 
 

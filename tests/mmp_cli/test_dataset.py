@@ -286,3 +286,19 @@ def test_action_towards_reaches_a_configuration_and_refuses_others():
     assert env.action_towards(q + 1.0).tolist() == [1.0] * 12
     with pytest.raises(MmpError, match="12 finite numbers"):
         env.action_towards(q[:3])
+
+
+def test_a_dataset_without_a_time_limit_is_continued(tmp_path, capsys):
+    words = ["dataset", "MultiArmCell-2", "--planner", "prioritized", "--out", str(tmp_path / "a"), "--count"]
+    assert main([*words, "1", "--time-limit", "inf"]) == 0
+    assert main([*words, "2", "--time-limit", "inf"]) == 0
+    assert index_of(tmp_path / "a")["settings"]["time_limit"] is None
+    assert len(index_of(tmp_path / "a")["instances"]) == 2
+    assert main([*words, "2", "--time-limit", "5"]) == 2
+    assert "has a dataset with time_limit None, not 5.0" in capsys.readouterr().err
+
+
+def test_an_index_that_is_nested_too_deeply_is_a_sentence(tmp_path):
+    (tmp_path / "dataset.json").write_text("[" * 100_000)
+    with pytest.raises(MmpError, match="nested too deeply"):
+        DatasetFolder(tmp_path, {})

@@ -19,7 +19,7 @@ from mmp_cli.datasets.episode_file import Rows, read_episode
 from mmp_cli.datasets.expert import Episode
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_file
-from mmp_env.files.reading import Location, decode_file
+from mmp_env.files.reading import Location, NotJsonError, decode_file, parse_json
 from mmp_env.files.temporaries import PREFIX as TEMPORARY
 from mmp_env.files.writing import json_text, whole_file, write_text
 
@@ -171,8 +171,8 @@ class DatasetFolder:
     def _read(self) -> None:
         place = Location(str(self.path / INDEX))
         try:
-            data = json.loads((self.path / INDEX).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            data = parse_json((self.path / INDEX).read_text(encoding="utf-8"), place)
+        except (OSError, UnicodeDecodeError, NotJsonError):
             raise MmpError(f"{place} is not the index of a dataset") from None
         place, index = decode_file(data, SCHEMA, _Index, place)
         settings = json.loads(json.dumps(self.settings))

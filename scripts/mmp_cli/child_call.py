@@ -19,15 +19,20 @@ from mmp_cli.process_status import how_it_ended
 from mmp_env.errors import MmpError, in_words
 
 LIMIT_S = 60.0
-"""Longest time of a call [s]."""
+"""Default of the longest time of a call [s]."""
 _TICK_S = 0.1
 
 
-def call_in_child(function: Callable[[str], Any], argument: str) -> Any:
+def call_in_child(function: Callable[[str], Any], argument: str, *, limit_s: float | None = None) -> Any:
     """Returns what `function` returns in a child process, as JSON has it.
 
+    Args:
+        function: the function.
+        argument: its argument.
+        limit_s: longest time of the call [s]; None: `LIMIT_S`.
+
     Raises:
-        MmpError: if the function raises, if its process ends, or if it takes longer than `LIMIT_S`.
+        MmpError: if the function raises, if its process ends, or if it takes longer than `limit_s`.
     """
     fork = multiprocessing.get_context("fork")
     connection, theirs = multiprocessing.Pipe(duplex=False)
@@ -37,7 +42,7 @@ def call_in_child(function: Callable[[str], Any], argument: str) -> Any:
             warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12 sees the idle threads of BLAS
             process.start()
         theirs.close()
-        return _answer(process, connection)
+        return _answer(process, connection, LIMIT_S if limit_s is None else limit_s)
     finally:
         if process.pid is not None:
             with contextlib.suppress(ProcessLookupError, PermissionError):
@@ -65,13 +70,13 @@ def _serve(connection: Connection, parent: int, function: Callable[[str], Any], 
     connection.send_bytes(json.dumps(answer).encode())
 
 
-def _answer(process: Any, connection: Any) -> Any:
+def _answer(process: Any, connection: Any, limit_s: float) -> Any:
     """Returns the value in the answer of the child. Raises `MmpError` as `call_in_child` does."""
-    messages, until = PipeReader(connection.fileno()), time.monotonic() + LIMIT_S
+    messages, until = PipeReader(connection.fileno()), time.monotonic() + limit_s
     try:
         while (message := messages.next()) is None:
             if time.monotonic() > until:
-                raise MmpError(f"its process was ended: it did not answer within {LIMIT_S:g} s")
+                raise MmpError(f"its process was ended: it did not answer within {limit_s:g} s")
             wait([connection, process.sentinel], timeout=_TICK_S)
             if not process.is_alive() and not connection.poll():
                 raise EOFError

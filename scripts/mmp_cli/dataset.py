@@ -83,11 +83,14 @@ def _fill(args: Namespace, source: Instances) -> int:
     from mmp_cli.datasets import minari_format
     from mmp_cli.datasets.episode_file import rows_of
     from mmp_cli.datasets.folder import DatasetFolder
+    from mmp_cli.datasets.minari_target import VERSION, check_target, minari_name
     from mmp_env.files.paths import exists
 
     folder = DatasetFolder(Path(args.out), _settings(args, source))
     folder.check_instances(source)
-    before = len(folder.files)
+    before, name = len(folder.files), minari_name(source.title)
+    if args.format == "minari":
+        check_target(folder.path / name)
     with closing(_env(args, source.cell)) as env:  # a cell that MuJoCo refuses ends the command before it plans
         folder.check_episodes(rows_of(env))
     for k, item in enumerate(source.items):
@@ -96,11 +99,11 @@ def _fill(args: Namespace, source: Instances) -> int:
         outcome, episode = _episode(args, source, k)
         folder.add(item.name, item.seed, outcome, episode)
         complain(f"{len(folder.lines)} of {len(source.items)}: {item.name}: {outcome}")
-    identity, name = None, source.title.replace(" ", "-")
+    identity = None
     if args.format == "minari" and folder.files:
         with closing(_env(args, source.cell)) as env:
-            identity = minari_format.write(folder, name, env, _spec(args))
-    elif len(folder.files) > before and exists(folder.path / name / minari_format.VERSION):
+            identity = minari_format.write(folder, name, env, _spec(args, folder))
+    elif len(folder.files) > before and exists(folder.path / name / VERSION):
         complain(f"the Minari dataset in {folder.path} lacks the new episodes; --format minari makes it again")
     _report(args, folder, identity)
     return 0 if folder.files else 1
@@ -159,21 +162,32 @@ def _env(args: Namespace, cell: Cell) -> MultiArmCellEnv:
     return MultiArmCellEnv(cell=cell, control_mode=args.control_mode)
 
 
-def _spec(args: Namespace) -> EnvSpec | None:
-    """Returns what Gymnasium makes the environment of an environment id with; None for a file, which may change."""
+def _spec(args: Namespace, folder: DatasetFolder) -> EnvSpec | None:
+    """Returns what Gymnasium makes the environment of an environment id with; None for a file, which may change.
+
+    It allows as many steps as the longest episode has.
+    """
     import gymnasium
 
-    from mmp_env.gym.registration import CELLS, known_id
+    from mmp_env.gym.registration import CELLS, MAX_EPISODE_STEPS, known_id
 
     if args.source.removeprefix("mmp_env:") not in CELLS:
         return None
     spec = copy.deepcopy(gymnasium.spec(known_id(args.source)))
     asked = {name: getattr(args, name) for name in ("control_mode", "robot", "task", "margin")}
     spec.kwargs |= {name: value for name, value in asked.items() if value is not None}
+    spec.max_episode_steps = max(MAX_EPISODE_STEPS, folder.longest)
     return spec
 
 
 def _report(args: Namespace, folder: DatasetFolder, identity: str | None) -> None:
+    from mmp_env.gym.registration import MAX_EPISODE_STEPS
+
+    if folder.longest > MAX_EPISODE_STEPS:
+        complain(
+            f"the longest episode has {folder.longest} steps, and an environment of gymnasium.make ends one after"
+            f" {MAX_EPISODE_STEPS}; give it max_episode_steps={folder.longest}"
+        )
     steps = sum(line.get("steps", 0) for line in folder.lines)
     others = {outcome: count for outcome, count in folder.outcomes.items() if outcome != "success"}
     if args.json:

@@ -15,6 +15,7 @@ import pytest
 from mmp_cli.datasets.folder import DatasetFolder, exclusive
 from mmp_cli.main import main
 from mmp_env.errors import MmpError
+from mmp_env.gym import registration
 from mmp_env.gym.control import CONTROL_MODES
 from mmp_env.gym.env import MultiArmCellEnv
 
@@ -296,6 +297,18 @@ def test_a_dataset_without_a_time_limit_is_continued(tmp_path, capsys):
     assert len(index_of(tmp_path / "a")["instances"]) == 2
     assert main([*words, "2", "--time-limit", "5"]) == 2
     assert "has a dataset with time_limit None, not 5.0" in capsys.readouterr().err
+
+
+def test_an_episode_that_is_longer_than_the_environment_allows_is_named(tmp_path, monkeypatch, capsys):
+    words = ["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]
+    assert main(words) == 0
+    assert "max_episode_steps" not in capsys.readouterr().err
+    steps = index_of(tmp_path / "a")["instances"][0]["steps"]
+    monkeypatch.setattr(registration, "MAX_EPISODE_STEPS", steps - 1)
+    assert main(words) == 0
+    error = capsys.readouterr().err
+    assert f"the longest episode has {steps} steps" in error
+    assert f"give it max_episode_steps={steps}" in error
 
 
 def test_an_index_that_is_nested_too_deeply_is_a_sentence(tmp_path):

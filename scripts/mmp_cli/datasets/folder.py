@@ -144,6 +144,11 @@ class DatasetFolder:
             pass
 
     @property
+    def longest(self) -> int:
+        """Number of steps of the longest episode; 0 if there is none."""
+        return max((line.get("steps", 0) for line in self.lines), default=0)
+
+    @property
     def files(self) -> list[Path]:
         """The files of all episodes, in their order."""
         return [self.path / line["file"] for line in self.lines if "file" in line]

@@ -11,6 +11,7 @@ import numpy as np
 from mmp_env.argument_checks import given, number, whole
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.problem import Problem
+from mmp_env.wording import shown
 
 GRID_STEP_S = 0.1
 """Default step of the time grid [s]."""
@@ -54,14 +55,14 @@ def check_options(planner: Any) -> None:
         value = getattr(planner, f.name)
         if f.metadata.get("choices") and value not in f.metadata["choices"]:
             raise UnknownNameError(f"value of option '{f.name}'", value, f.metadata["choices"])
-        if f.metadata.get("positive") and not (math.isfinite(value) and value > 0):
-            raise MmpError(f"option '{f.name}' is {value!r}; it must be a positive number")
+        if f.metadata.get("positive") and not 0 < value < math.inf:
+            raise MmpError(f"option '{f.name}' is {shown(value)}; it must be a positive number")
         most = f.metadata.get("most", LARGEST_NUMBER)
         if isinstance(value, int | float) and not value <= most:
-            raise MmpError(f"option '{f.name}' is {value!r}; it must be {most} at most")
+            raise MmpError(f"option '{f.name}' is {shown(value)}; it must be {most} at most")
         least = f.metadata.get("least")
         if least is not None and not value >= least:
-            raise MmpError(f"option '{f.name}' is {value!r}; it must be {least} at least")
+            raise MmpError(f"option '{f.name}' is {shown(value)}; it must be {least} at least")
 
 
 def check_steps(problem: Problem, dt: float) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import inspect
+import sys
 import typing
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 from mmp_env.errors import MmpError, UnknownNameError, in_words
 from mmp_env.events import ignore
 from mmp_env.plugins import PLANNERS
+from mmp_env.wording import shown
 from mmp_planners.planner import About, Planner
 
 PRESET = "preset"
@@ -189,5 +191,7 @@ def _converted(planner: str, option: Option, value: Any) -> Any:
     if wanted is None or type(value) is wanted:
         return value
     if wanted is float and type(value) is int:
-        return float(value)
-    raise MmpError(f"option '{option.name}' of planner '{planner}' is {value!r}; it takes {words}")
+        if abs(value) <= sys.float_info.max:
+            return float(value)
+        words = f"a number up to {sys.float_info.max:.3g}"
+    raise MmpError(f"option '{option.name}' of planner '{planner}' is {shown(value)}; it takes {words}")

@@ -96,6 +96,7 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
             ["'careful'", "3", "true or false"],
         ),
         (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "w=NaN"], ["'w'", "'NaN'", "a number"]),
+        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", f"w=1{400 * '0'}"], ["'w'", "a number up to"]),
         (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "steps"], ["--set", "'steps'", "key=value"]),
         (["plan", "MultiArmCell-2", "--set", "w=1", "--set", "w=2"], ["w twice", "1", "2"]),
         (["plan", "MultiArmCell-2", "--instance", "a"], ["--instance", "'a'", "environment id"]),

@@ -8,6 +8,7 @@ from support import two_arms
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.events import NodeCreated, SearchStarted
+from mmp_env.wording import shown
 from mmp_planners import StopPlanning, make
 from mmp_planners.apf_ecbs import ApfEcbs, ApfEcbsNf
 from mmp_planners.conflict_tree.constraints import AvoidState, EitherArm, Vertex
@@ -77,8 +78,22 @@ def test_without_an_option_for_it_a_planner_has_the_constraint_of_its_paper():
     ],
 )
 def test_a_value_of_another_type_is_refused_with_the_type(option, value, wanted):
-    with pytest.raises(MmpError, match=f"option '{option}' of planner 'ecbs' is {value!r}; it takes {wanted}$"):
+    with pytest.raises(MmpError, match=f"option '{option}' of planner 'ecbs' is {shown(value)}; it takes {wanted}$"):
         make("ecbs", **{option: value})
+
+
+@pytest.mark.parametrize("digits", [400, 5000])
+def test_a_whole_number_beyond_all_floats_is_refused(digits):
+    value = 10**digits
+    with pytest.raises(MmpError, match="option 'w' of planner 'ecbs' is .*; it takes a number up to 1.8e"):
+        make("ecbs", w=value)
+    for option in ("restarts", "constraint"):
+        with pytest.raises(MmpError, match=f"option '{option}' of planner 'ecbs' is .*; it takes "):
+            make("ecbs", **{option: value})
+    with pytest.raises(MmpError, match="option 'patience' is .*; it must be "):
+        make("ecbs", patience=value)
+    with pytest.raises(MmpError, match="option 'w' is .*; it must be "):
+        Ecbs(w=value)
 
 
 @pytest.mark.parametrize(

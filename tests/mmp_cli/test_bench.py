@@ -178,6 +178,7 @@ REFUSED = [
         ["MultiArmCell-2", "--planners", "quick", "--set", "quick.stpes=1"],
         ["no option 'stpes'", "Did you mean 'steps'?"],
     ),
+    (["MultiArmCell-2", "--planners", "quick", "--set", f"w={400 * '9'}"], ["option 'w'", "a number up to"]),
     (["MultiArmCell-2", "--planners", "quick,helpless", "--set", "w=1"], ["'helpless'", "no option 'w'"]),
     (["MultiArmCell-2", "--count", "0"], ["--count", "'0'", "from 1"]),
     (["MultiArmCell-2", "--seed", "9223372036854775807", "--count", "2"], ["leaves no seeds for 2 instances"]),

@@ -29,6 +29,48 @@ def test_more_planners_sources_and_instances_are_added_and_the_old_results_kept(
     assert len((out / "results.jsonl").read_bytes().splitlines()) == len(after.splitlines()) + 1
 
 
+@pytest.mark.parametrize(
+    ("number", "change"),
+    [
+        (1, {"seed": 77}),
+        (1, {"instance": "pair/turn7"}),
+        (1, {"planner": "fourth"}),
+        (7, {"seed": 5}),
+        (7, {"seed": 77, "instance": "MultiArmCell-2/77"}),
+        (7, {"seed": 77, "instance": "MultiArmCell-4/4"}),
+    ],
+    ids=str,
+)
+def test_a_line_of_no_unit_of_any_start_is_refused_by_each_of_them(
+    copied, tmp_path, mmp, figures_unrendered, number, change
+):
+    out, source, again = copied
+    words = ["--planners", "quick", "--set", "quick.w=2", "--seed", 4, "--workers", 1, "--out", out]
+    assert bench_runs.bench(tmp_path, "MultiArmCell-2", "--count", 2, *words).code == 0
+    assert "not a result of this benchmark" not in mmp("report", out).err
+    lines = bench_runs.lines(out)
+    lines[number - 1] |= change
+    (out / "results.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    before = (out / "results.jsonl").read_bytes()
+    for ran in (again(), bench_runs.bench(tmp_path, "MultiArmCell-2", "--count", 2, *words)):
+        assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1)
+        assert f"line {number} is not a result of this benchmark" in ran.err
+        assert (out / "results.jsonl").read_bytes() == before
+    assert f"Line {number} of the results is not a result of this benchmark" in mmp("report", out).err
+
+
+def test_settings_of_an_earlier_version_do_not_tell_its_instances(copied, tmp_path):
+    out, _, _ = copied
+    settings = json.loads((out / "settings.json").read_text())
+    for key in ("digests", "names", "hashes"):
+        del settings[key]
+    (out / "settings.json").write_text(json.dumps(settings))
+    before = (out / "results.jsonl").read_bytes()
+    words = ["--planners", "quick", "--set", "quick.w=2", "--seed", 4, "--count", 1, "--out", out]
+    assert bench_runs.bench(tmp_path, "MultiArmCell-2", *words).code == 0
+    assert (out / "results.jsonl").read_bytes().startswith(before)
+
+
 def changed_copy(path, source):
     """Returns another file with the same names of cell and instances, but another content."""
     data = json.loads(source.read_text())

@@ -219,6 +219,20 @@ def test_lines_from_elsewhere_are_refused(copied, row, words):
     assert (out / "results.jsonl").read_bytes() == before
 
 
+def test_blank_lines_are_skipped_as_in_a_report(copied, mmp, figures_unrendered):
+    out, _, again = copied
+    rows = (out / "results.jsonl").read_text().splitlines(keepends=True)
+    (out / "results.jsonl").write_text("".join(["\n", *rows[:2], " \t\r\n", "\u00a0\n", *rows[2:], "\n", "\n"]))
+    before = (out / "results.jsonl").read_bytes()
+    ran = again()
+    assert (ran.code, ran.err) == (0, "")
+    assert (out / "results.jsonl").read_bytes() == before
+    assert mmp("report", out).code == 0
+    with (out / "results.jsonl").open("a") as file:
+        file.write("{}\n")
+    assert "line 12 is not a result of this benchmark" in again().err
+
+
 def test_results_without_settings_are_not_taken_over(copied):
     out, _, again = copied
     (out / "settings.json").unlink()

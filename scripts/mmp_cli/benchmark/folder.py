@@ -11,9 +11,12 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+from msgspec import convert
+
 from mmp_cli.benchmark.job import Key, Unit
+from mmp_cli.benchmark.known_units import KnownUnits
 from mmp_cli.benchmark.result_line import read_line
-from mmp_cli.benchmark.settings import grown, load_settings, save_settings
+from mmp_cli.benchmark.settings import Settings, grown, load_settings, save_settings
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_folder, real_path
 from mmp_env.files.reading import Location, parse_json
@@ -122,16 +125,15 @@ class ResultsFolder:
             return
         together = grown(there, self._settings, self.path)
         whole = content.rfind(b"\n") + 1
-        others = {planner["label"] for planner in together["planners"]} if together != self._settings else set[str]()
-        self._read(content[:whole], others)
+        self._read(content[:whole], KnownUnits(convert(together, Settings)))
         if together != there:
             save_settings(together, self.path)
         if whole < len(content):
             os.ftruncate(self._file, whole)
             os.fsync(self._file)
 
-    def _read(self, content: bytes, others: Collection[str]) -> None:
-        """Reads the results so far. Those of earlier, other starts with the planners `others` are not in `lines`."""
+    def _read(self, content: bytes, units: KnownUnits) -> None:
+        """Reads the results so far, which are of these units. Those of earlier, other starts are not in `lines`."""
         known = set[Key]()
         for number, row in enumerate(content.split(b"\n")[:-1], 1):
             place = Location(f"{self.results} line {number}")
@@ -139,9 +141,11 @@ class ResultsFolder:
                 text = row.decode()
             except UnicodeDecodeError:
                 raise MmpError(f"{place} is not text in UTF-8; repair it, or give another folder") from None
+            if not text.strip():
+                continue
             line = parse_json(text, place)
             key = _key(line)
-            if key is None or (key not in self._keys and key[1] not in others):
+            if key is None or (key not in self._keys and not units.has(key)):
                 raise MmpError(f"{place} is not a result of this benchmark; remove it, or give another folder (--out)")
             if key in known:
                 raise MmpError(f"{place} has the result of {' '.join(map(str, key))} for the second time; remove it")

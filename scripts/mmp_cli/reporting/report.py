@@ -8,6 +8,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from mmp_cli.benchmark.known_units import KnownUnits
 from mmp_cli.reporting.cactus_figure import cactus_figure, published_figure
 from mmp_cli.reporting.comparison import compare, comparison_tables
 from mmp_cli.reporting.figure_style import PlotStyle, RenderedFigure, plot_styles, slug
@@ -105,7 +106,7 @@ def make_report(request: ReportRequest, published: Sequence[Published]) -> Repor
     commands = [bench_command(settings, request.folder)] if settings else []
     return Report(
         title=request.title or f"Benchmark: {', '.join(section.name for section in held)}",
-        warnings=tuple(_warnings(results, held, lacking)),
+        warnings=tuple(_warnings(results, held, lacking, settings)),
         facts=(*_facts(results, settings), *pictures_of.lacking),
         overview=overview(held),
         errors=error_table(held),
@@ -155,8 +156,10 @@ def _part(
     )
 
 
-def _warnings(results: Results, held: Sequence[Section], lacking: Missing) -> list[str]:
+def _warnings(results: Results, held: Sequence[Section], lacking: Missing, settings: Settings | None) -> list[str]:
     out = []
+    if settings and (number := _first_stray(results, KnownUnits(settings))) is not None:
+        out.append(f"Line {number} of the results is not a result of this benchmark; it counts all the same.")
     runs = [run for section in held for run in section.runs]
     if count := sum(len(run.errors) for run in runs):
         out.append(f"{counted(count, 'unit')} ended in an ERROR; they count as not solved and are listed below.")
@@ -172,6 +175,12 @@ def _warnings(results: Results, held: Sequence[Section], lacking: Missing) -> li
             f"{counted(results.repeated, 'line')} left out: the unit stands before, and the first of each counts."
         )
     return out
+
+
+def _first_stray(results: Results, units: KnownUnits) -> int | None:
+    """Returns the number of the first line that is of no unit of the settings, or None."""
+    rows = zip(results.numbers, results.lines, strict=True)
+    return next((number for number, line in rows if not units.has((line.instance, line.planner, line.seed))), None)
 
 
 def _facts(results: Results, settings: Settings | None) -> list[str]:

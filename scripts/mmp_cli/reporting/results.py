@@ -17,10 +17,12 @@ from mmp_env.files.regular_files import read_bytes
 class Results:
     """The units of a folder in the order of the file.
 
+    `numbers` are those of the lines in the file, from 1.
     `torn` says that the last line was cut off and left out; `repeated` counts lines of units that occur before them.
     """
 
     lines: tuple[Line, ...]
+    numbers: tuple[int, ...]
     torn: bool
     repeated: int
 
@@ -31,14 +33,15 @@ def read_results(folder: Path) -> Results:
     rows = _text(folder, path).split("\n")
     # A line counts once its line feed is written; text after the last one is a line that was cut off.
     torn = bool(rows.pop().strip())
-    units: dict[tuple[str, str, int], Line] = {}
+    units: dict[tuple[str, str, int], tuple[int, Line]] = {}
     filled = [(number, row) for number, row in enumerate(rows, 1) if row.strip()]
     for number, row in filled:
         line = read_line(row, Location(f"{path} line {number}"))
-        units.setdefault((line.instance, line.planner, line.seed), line)
+        units.setdefault((line.instance, line.planner, line.seed), (number, line))
     if not units:
         raise MmpError(f"{path} holds no result yet; `mmp bench --out {folder}` writes them")
-    return Results(lines=tuple(units.values()), torn=torn, repeated=len(filled) - len(units))
+    numbers, lines = zip(*units.values(), strict=True)
+    return Results(lines=lines, numbers=numbers, torn=torn, repeated=len(filled) - len(units))
 
 
 def _text(folder: Path, path: Path) -> str:

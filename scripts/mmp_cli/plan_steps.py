@@ -9,12 +9,12 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from mmp_cli.import_guard import EndedBySignal
 from mmp_cli.visual_outputs import CombinedWatcher, VisualOutputs
 from mmp_env.errors import MmpError
 from mmp_env.model.margins import asked_margins
 
 if TYPE_CHECKING:
+    from mmp_cli.interrupt import Interrupts
     from mmp_cli.outcome import Outcome
     from mmp_env.model.plan import Plan
     from mmp_env.model.problem import Problem
@@ -24,40 +24,46 @@ if TYPE_CHECKING:
 def run_steps(args: Namespace, planner: Planner, label: str, problem: Problem, outputs: VisualOutputs) -> Outcome:
     """Plans, and then retimes, writes, checks, executes and shows the plan, as far as that is asked for.
 
-    The first Ctrl-C ends the step that is running and leaves out those after it, except writing what there is. The
-    second one raises `KeyboardInterrupt`.
+    The first Ctrl-C ends the step that is running and leaves out those after it, except writing what there is, which
+    it does not end. The second one raises `KeyboardInterrupt`.
     """
-    outcome = _planned(args, planner, label, problem, outputs)
-    steps = {"retime": _retimed, "out": _written, "check": _checked, "execute": _executed}
-    for name, step in steps.items() if outcome.result.plan is not None else ():
-        is_asked = name == "check" or name in outcome.steps
-        if is_asked and (name == "out" or not outcome.interrupted):
-            outcome = _interruptible(outcome, partial(step, args, outcome))
-    outcome = _interruptible(outcome, partial(_shown, outcome, outputs))
+    from mmp_cli.interrupt import interruptible_steps
+
+    with interruptible_steps() as interrupts:
+        outcome = _planned(args, planner, label, problem, outputs, interrupts)
+        steps = {"retime": _retimed, "out": _written, "check": _checked, "execute": _executed}
+        for name, step in steps.items() if outcome.result.plan is not None else ():
+            is_asked = name == "check" or name in outcome.steps
+            if is_asked and (name == "out" or not interrupts.happened):
+                outcome = _after(outcome, interrupts, partial(step, args, outcome), whole=name == "out")
+        outcome = _after(outcome, interrupts, partial(_shown, outcome, outputs))
     return replace(outcome, shown=outputs.rows, failures=(*outcome.failures, *outputs.failures))
 
 
-def _interruptible(outcome: Outcome, step: Callable[[], Outcome]) -> Outcome:
-    """Returns the outcome after a step, or the one before it, marked as interrupted, if Ctrl-C is pressed meanwhile."""
+def _after(outcome: Outcome, interrupts: Interrupts, step: Callable[[], Outcome], *, whole: bool = False) -> Outcome:
+    """Returns the outcome after a step, or the one before it, marked as interrupted, if Ctrl-C has ended the step."""
+    stopped = replace(outcome, interrupted=True)
     try:
-        return step()
+        out = interrupts.run(step, whole=whole) or stopped
     except KeyboardInterrupt as interrupt:
-        stopped = replace(outcome, interrupted=True)
-        if outcome.interrupted or isinstance(interrupt, EndedBySignal):
-            interrupt.add_note((stopped.interruption or "").partition("; ")[2])
-            raise
-        return stopped
+        interrupt.add_note((stopped.interruption or "").partition("; ")[2])
+        raise
+    return replace(out, interrupted=interrupts.happened)
 
 
-def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, outputs: VisualOutputs) -> Outcome:
+def _planned(
+    args: Namespace,
+    planner: Planner,
+    label: str,
+    problem: Problem,
+    outputs: VisualOutputs,
+    interrupts: Interrupts,
+) -> Outcome:
     started = time.perf_counter()
-    result, interrupted = _plan(args, planner, problem, outputs)
-    return replace(
-        first_outcome(args, label, result),
-        problem=problem,
-        planning_time_s=time.perf_counter() - started,
-        interrupted=interrupted,
-    )
+    result = _plan(args, planner, problem, outputs, interrupts)
+    spent_s = time.perf_counter() - started
+    out = replace(first_outcome(args, label, result), problem=problem, planning_time_s=spent_s)
+    return replace(out, interrupted=interrupts.happened)
 
 
 def first_outcome(args: Namespace, label: str, result: PlanResult) -> Outcome:
@@ -123,8 +129,10 @@ def _plan_of(outcome: Outcome) -> Plan:
     return outcome.result.plan
 
 
-def _plan(args: Namespace, planner: Planner, problem: Problem, outputs: VisualOutputs) -> tuple[PlanResult, bool]:
-    """Returns the result, and whether Ctrl-C ended the planning."""
+def _plan(
+    args: Namespace, planner: Planner, problem: Problem, outputs: VisualOutputs, interrupts: Interrupts
+) -> PlanResult:
+    """Returns the result; Ctrl-C ends the planning with the best plan so far."""
     from rich.console import Console
 
     from mmp_cli.interrupt import stopping_on_interrupt
@@ -134,4 +142,6 @@ def _plan(args: Namespace, planner: Planner, problem: Problem, outputs: VisualOu
     with ProgressLine(args.planner, Console(stderr=True)) as line, stopping_on_interrupt() as interruption:
         watch = CombinedWatcher(interruption.check, line, *outputs.watchers)
         result = run_planner(args.planner, planner, problem, seed=args.seed, time_limit=args.time_limit, watch=watch)
-    return result, interruption.happened
+        interrupts.only_note()
+    interrupts.happened |= interruption.happened
+    return result

@@ -1,5 +1,6 @@
 """`mmp plan` that Ctrl-C or SIGTERM ends: it keeps what it has, and says what that lacks."""
 
+import importlib
 import os
 import re
 import signal
@@ -72,3 +73,59 @@ def test_a_signal_after_the_plan_was_written_gives_the_same_sentence(
 def test_ctrl_c_that_the_planner_lost_is_raised_again_at_the_next_event(mmp, stand_ins, instances):
     ran = mmp("plan", instances, "--planner", "deaf", "--json")
     assert (ran.code, ran.result["status"]) == (130, "timeout")
+
+
+def interrupting(monkeypatch, function, times=1):
+    """Lets a function raise SIGINT some times, each time before it does its work."""
+    module, _, name = function.rpartition(".")
+    whole = getattr(importlib.import_module(module), name)
+
+    def interrupted(*args, **kwargs):
+        for _ in range(times):
+            signal.raise_signal(signal.SIGINT)
+        return whole(*args, **kwargs)
+
+    monkeypatch.setattr(function, interrupted)
+
+
+WRITING = (
+    "mmp_env.files.plan_file.plan_to_dict",
+    "mmp_env.files.plan_file.json_text",
+    "mmp_env.files.writing.move_onto",
+)
+
+
+@pytest.mark.parametrize("function", WRITING)
+def test_the_first_ctrl_c_lets_the_plan_file_be_finished(mmp, stand_ins, instances, tmp_path, monkeypatch, function):
+    interrupting(monkeypatch, function)
+    out = tmp_path / "plan.json"
+    ran = mmp("plan", instances, "--planner", "straight", "--json", "--execute", "--out", out)
+    assert (ran.code, ran.result["plan"], ran.result["valid"], ran.result["execution"]) == (130, str(out), None, None)
+    assert ran.err == f"mmp: interrupted; {out} holds the plan, not checked, not executed\n"
+    assert load_plan(out).retimed
+    assert sorted(os.listdir(tmp_path)) == ["pairs.json", "plan.json"]
+
+
+@pytest.mark.parametrize("function", WRITING)
+def test_a_second_ctrl_c_while_the_plan_file_is_written_leaves_nothing(
+    mmp, stand_ins, instances, tmp_path, monkeypatch, function
+):
+    interrupting(monkeypatch, function, times=2)
+    ran = mmp("plan", instances, "--planner", "straight", "--out", tmp_path / "plan.json")
+    assert (ran.code, ran.out, ran.err) == (130, "", "mmp: interrupted; no plan file was written\n")
+    assert os.listdir(tmp_path) == ["pairs.json"]
+
+
+def test_ctrl_c_between_planning_and_writing_keeps_the_plan(mmp, stand_ins, instances, tmp_path, monkeypatch):
+    interrupting(monkeypatch, "mmp_cli.plan_steps.first_outcome")
+    out = tmp_path / "plan.json"
+    ran = mmp("plan", instances, "--planner", "straight", "--retime", "--out", out)
+    assert (ran.code, ran.err) == (130, f"mmp: interrupted; {out} holds the plan, not retimed, not checked\n")
+    assert not load_plan(out).retimed
+
+
+def test_a_ctrl_c_after_one_that_ended_the_planning_ends_the_writing(mmp, stand_ins, instances, tmp_path, monkeypatch):
+    interrupting(monkeypatch, "mmp_env.files.plan_file.json_text")
+    ran = mmp("plan", instances, "--planner", "interrupted", "--out", tmp_path / "plan.json")
+    assert (ran.code, ran.out) == (130, "")
+    assert os.listdir(tmp_path) == ["pairs.json"]

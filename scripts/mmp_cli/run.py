@@ -5,42 +5,21 @@ from __future__ import annotations
 import json
 import time
 from argparse import Namespace
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser, add_margin, add_time_limit, check_spared, output, positive, seed
 from mmp_cli.output import complain, print_rows
+from mmp_cli.schedule_outcome import Done, executes, interruption, line, rows
 from mmp_env.errors import InvalidInstanceError, MmpError
-from mmp_env.wording import counted, in_seconds
 
 if TYPE_CHECKING:
-    from mmp_env.check import CheckReport
-    from mmp_env.sim.execution import ExecutionReport
+    from mmp_cli.interrupt import Interrupts
     from mmp_env.work.jobs import Jobs
     from mmp_env.work.schedule import Schedule
     from mmp_planners import ScheduleResult
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Done:
-    """The results of one run so far. Missing parts are None."""
-
-    jobs: Jobs
-    result: ScheduleResult
-    check: CheckReport | None = None
-    check_time_s: float | None = None
-    execution: ExecutionReport | None = None
-    path: str | None = None
-    failure: str | None = None
-
-    @property
-    def exit_code(self) -> int:
-        """0 for a valid schedule, executed without contact if asked; 2 for an output that failed; 1 otherwise."""
-        if self.check is None or not self.check.valid:
-            return 1
-        if self.failure is not None:
-            return 2
-        return 0 if self.execution is None or (self.execution.reached and not self.execution.contacts) else 1
 
 
 def parser() -> Parser:
@@ -69,57 +48,112 @@ def parser() -> Parser:
 
 def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
-    import mmp_planners
+    from mmp_cli.interrupt import interruptible_steps
     from mmp_env.files.writing import check_writable
-    from mmp_env.model.problem import DEFAULT_MAX_VELOCITY
     from mmp_env.work.jobs_file import load_jobs
-    from mmp_env.work.schedule_file import save_schedule
 
     jobs = load_jobs(args.jobs)
     if args.out is not None:
         check_spared(args.jobs, "--out", args.out)
         check_writable(args.out)
-    found: list[Schedule] = []
+    with interruptible_steps() as interrupts:
+        done = _planned(args, jobs, interrupts)
+        steps = {"out": _written, "check": _checked, "execute": _executed}
+        asked = {"out": args.out is not None, "check": True, "execute": executes(args)}
+        for name, step in steps.items() if done.result.schedule is not None else ():
+            if asked[name] and (name == "out" or not interrupts.happened):
+                done = _after(args, done, interrupts, partial(step, args, done), whole=name == "out")
+    _report(args, done)
+    return done.exit_code
+
+
+def _after(
+    args: Namespace, done: Done, interrupts: Interrupts, step: Callable[[], Done], *, whole: bool = False
+) -> Done:
+    """Returns the results after a step, or those before it, marked as interrupted, if Ctrl-C has ended the step."""
+    stopped = replace(done, interrupted=True)
     try:
-        result = mmp_planners.schedule(
-            jobs,
-            planner=args.planner,
-            seed=args.seed,
-            time_limit=args.time_limit,
-            max_velocity=DEFAULT_MAX_VELOCITY if args.max_velocity is None else args.max_velocity,
-            margin=args.margin,
-            max_acceleration=args.max_acceleration,
-            max_jerk=args.max_jerk,
-            improve=args.improve,
-            watch=found.append,
-        )
-    except InvalidInstanceError as error:
-        raise InvalidInstanceError(f"{args.jobs}: {error}") from None
+        out = interrupts.run(step, whole=whole) or stopped
     except KeyboardInterrupt as interrupt:
+        interrupt.add_note((interruption(args, stopped) or "").partition("; ")[2])
+        raise
+    return replace(out, interrupted=interrupts.happened)
+
+
+def _planned(args: Namespace, jobs: Jobs, interrupts: Interrupts) -> Done:
+    """Returns the result; Ctrl-C ends the planning with the shortest schedule so far."""
+    found: list[Schedule] = []
+    began = time.perf_counter()
+    try:
+        result = interrupts.run(partial(_schedule, args, jobs, found))
+    except KeyboardInterrupt as interrupt:  # SIGTERM
         if found and args.out is not None:
+            from mmp_env.work.schedule_file import save_schedule
+
             save_schedule(found[-1], args.out)
             interrupt.add_note(f"{args.out} holds the shortest schedule so far, not checked")
         raise
-    done = Done(jobs=jobs, result=result)
-    if result.schedule is not None:
-        done = _executed(args, _checked(_written(args, done)))
-    _report(args, done)
-    return done.exit_code
+    if result is not None:
+        return Done(jobs=jobs, result=result, interrupted=interrupts.happened)
+    so_far = _shortest_so_far(found, time.perf_counter() - began)
+    return Done(jobs=jobs, result=so_far, interrupted=True, is_shortest_so_far=True)
+
+
+def _schedule(args: Namespace, jobs: Jobs, found: list[Schedule]) -> ScheduleResult:
+    """Plans all jobs, and appends each schedule that is the shortest so far to `found`."""
+    from rich.console import Console
+
+    import mmp_planners
+    from mmp_cli.progress import ScheduleLine
+    from mmp_env.model.problem import DEFAULT_MAX_VELOCITY
+
+    with ScheduleLine(args.planner, len(jobs.jobs), Console(stderr=True)) as line:
+
+        def watch(schedule: Schedule) -> None:
+            found.append(schedule)
+            line.show(schedule.makespan_s)
+
+        try:
+            return mmp_planners.schedule(
+                jobs,
+                planner=args.planner,
+                seed=args.seed,
+                time_limit=args.time_limit,
+                max_velocity=DEFAULT_MAX_VELOCITY if args.max_velocity is None else args.max_velocity,
+                margin=args.margin,
+                max_acceleration=args.max_acceleration,
+                max_jerk=args.max_jerk,
+                improve=args.improve,
+                watch=watch,
+            )
+        except InvalidInstanceError as error:
+            raise InvalidInstanceError(f"{args.jobs}: {error}") from None
+
+
+def _shortest_so_far(found: Sequence[Schedule], spent_s: float) -> ScheduleResult:
+    """Returns the result of a planning that Ctrl-C has ended."""
+    from mmp_planners import ScheduleResult, Status
+
+    if not found:
+        return ScheduleResult(status=Status.TIMEOUT, stats={"planning_time_s": spent_s})
+    first, last = found[0], found[-1]
+    makespans = {"first_makespan_s": first.makespan_s, "attempts": None, "makespan_s": last.makespan_s}
+    stats = {**first.stats, "planning_time_s": spent_s, **makespans}
+    return ScheduleResult(status=Status.SOLVED, schedule=last, stats=stats)
 
 
 def _written(args: Namespace, done: Done) -> Done:
     from mmp_env.work.schedule_file import save_schedule
 
-    if args.out is None or done.result.schedule is None:
-        return done
+    assert done.result.schedule is not None
     try:
         save_schedule(done.result.schedule, args.out)
     except MmpError as error:  # the disk is full, say: the other steps do not need the file
-        return replace(done, failure=f"--out: {error}")
+        return done.failed(f"--out: {error}")
     return replace(done, path=args.out)
 
 
-def _checked(done: Done) -> Done:
+def _checked(args: Namespace, done: Done) -> Done:
     from mmp_env.check.schedule import check_schedule_document
     from mmp_env.work.schedule_file import schedule_to_dict
 
@@ -131,100 +165,26 @@ def _checked(done: Done) -> Done:
 
 
 def _executed(args: Namespace, done: Done) -> Done:
-    if not _executes(args) or done.result.schedule is None:
-        return done
     from mmp_env.sim.schedule_execution import execute_schedule
 
+    assert done.result.schedule is not None
     try:
         return replace(
             done, execution=execute_schedule(done.result.schedule, delays=args.delays or 0.0, seed=args.seed)
         )
     except MmpError as error:
-        return replace(done, failure=f"--execute: {error}")
-
-
-def _executes(args: Namespace) -> bool:
-    return args.execute or args.delays is not None
+        return done.failed(f"--execute: {error}")
 
 
 def _report(args: Namespace, done: Done) -> None:
     """Prints the summary, or with --json one object, to stdout, and what went wrong to stderr."""
-    for sentence in (done.result.message, done.failure):
-        if sentence:
+    why = None if done.interrupted else done.message
+    for sentence in (why, *done.failures, interruption(args, done)):
+        if sentence is not None:
             complain(sentence)
     if done.check is not None and not done.check.valid:
         complain("the checker refutes this schedule; do not run it, and please report this fault")
     if args.json:
-        print(json.dumps(_line(args, done)))
+        print(json.dumps(line(args, done)))
     else:
-        print_rows((name, "bold", value) for name, value in _rows(args, done))
-
-
-def _rows(args: Namespace, done: Done) -> list[tuple[str, str]]:
-    schedule, stats = done.result.schedule, done.result.stats
-    arms = counted(len(done.jobs.cell.arms), "arm")
-    rows = [
-        ("jobs", f"{done.jobs.name}: {counted(len(done.jobs.jobs), 'job')}, {arms} in cell {done.jobs.cell.name}"),
-        ("status", str(done.result.status)),
-        (
-            "planning",
-            f"{in_seconds(stats['planning_time_s'])}, {stats['low_level_calls']} single-arm searches",
-        ),
-    ]
-    if schedule is None:
-        return rows
-    helped = f"{counted(stats['yields'], 'yield')}, {counted(stats['group_plans'], 'plan')} of all arms together"
-    pairs = f"{counted(len(schedule.order), 'pair')} of motions"
-    makespan = f"{in_seconds(schedule.makespan_s)}; the steps of the busiest arm take {in_seconds(schedule.busiest_s)}"
-    if "attempts" in stats:
-        makespan += (
-            f"; {in_seconds(stats['first_makespan_s'])} before {counted(stats['attempts'], 'attempt')} to improve it"
-        )
-    makespan += f"; no schedule takes less than {in_seconds(schedule.lower_bound_s)}"
-    rows += [("makespan", makespan), ("help", helped), ("order", pairs)]
-    if done.check is not None:
-        rows.append(("check", str(done.check)))
-    if done.execution is not None:
-        delayed = f", each motion delayed by up to {in_seconds(args.delays)}" if args.delays is not None else ""
-        rows.append(("execution", _words(done.execution) + delayed))
-    return [*rows, *([("schedule", done.path)] if done.path is not None else [])]
-
-
-def _line(args: Namespace, done: Done) -> dict[str, Any]:
-    from mmp_cli.machine import machine, version
-    from mmp_cli.outcome import execution_fields
-    from mmp_env.files.writing import plain
-
-    schedule, check = done.result.schedule, done.check
-    out = {
-        "name": done.jobs.name,
-        "jobs": len(done.jobs.jobs),
-        "planner": args.planner,
-        "seed": args.seed,
-        "status": str(done.result.status),
-        "blocked": list(done.result.blocked),
-        "message": done.result.message or None,
-        "makespan_s": None if schedule is None else schedule.makespan_s,
-        "busiest_s": None if schedule is None else schedule.busiest_s,
-        "lower_bound_s": None if schedule is None else schedule.lower_bound_s,
-        "order_pairs": None if schedule is None else len(schedule.order),
-        **done.result.stats,
-        "valid": None if check is None else check.valid,
-        "check_time_s": done.check_time_s,
-        "margins_proved": None if check is None else check.proved_m,
-        "schedule": done.path,
-        "version": version(),
-        "machine": machine(),
-    }
-    if _executes(args):
-        out["execution"] = None if done.execution is None else execution_fields(done.execution)
-        out["delays_s"] = args.delays or 0.0
-    return plain(out)
-
-
-def _words(execution: ExecutionReport) -> str:
-    goals = "every goal reached" if execution.reached else "not every goal reached"
-    contacts = counted(len(execution.contacts), "contact") if execution.contacts else "no contact"
-    error = f"tracking error at most {execution.max_tracking_error_rad:.4f} {execution.unit}"
-    torque = f"torque at most {max(load.share for load in execution.loads.values()):.0%} of its rating"
-    return f"{goals}, {contacts}, {error}, {torque}, {in_seconds(execution.duration_s)}"
+        print_rows((name, "bold", value) for name, value in rows(args, done))

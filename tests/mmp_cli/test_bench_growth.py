@@ -44,7 +44,7 @@ def test_more_planners_sources_and_instances_are_added_and_the_old_results_kept(
 def test_a_line_of_no_unit_of_any_start_is_refused_by_each_of_them(
     copied, tmp_path, mmp, figures_unrendered, number, change
 ):
-    out, source, again = copied
+    out, _, again = copied
     words = ["--planners", "quick", "--set", "quick.w=2", "--seed", 4, "--workers", 1, "--out", out]
     assert bench_runs.bench(tmp_path, "MultiArmCell-2", "--count", 2, *words).code == 0
     assert "not a result of this benchmark" not in mmp("report", out).err

@@ -2,7 +2,7 @@ import io
 
 from rich.console import Console
 
-from mmp_cli.progress import ProgressLine
+from mmp_cli.progress import ProgressLine, ScheduleLine
 from mmp_env.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
 
 
@@ -35,3 +35,12 @@ def test_a_terminal_shows_the_line_and_is_left_as_it_was():
     assert "ecbs: " in shown
     assert "0:00:00" in shown
     assert shown.count("\x1b[?25l") == shown.count("\x1b[?25h") == 1  # the cursor is hidden once and restored once
+
+
+def test_the_line_of_schedules_shows_the_shortest_so_far_on_a_terminal_alone():
+    for is_terminal in (True, False):
+        file = io.StringIO()
+        with ScheduleLine("auto", 4, Console(file=file, force_terminal=is_terminal, width=200)) as line:
+            line.show(12.345)
+        assert ("auto, 4 jobs: shortest schedule so far 12.35 s" in file.getvalue()) == is_terminal
+        assert (file.getvalue() == "") != is_terminal

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import json
+import signal
+
+import pytest
 
 from mmp_cli.main import main
 from tests.support.small_jobs import in_a_ring, pose
@@ -72,6 +76,79 @@ def test_a_margin_that_is_asked_for_is_kept_or_refused(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["margins_proved"]["arms"] >= 0.004
     assert main(["run", str(tmp_path / "jobs.json"), "--margin", "0.5"]) == 2
     assert "the largest margin that would do" in capsys.readouterr().err
+
+
+def interrupting(monkeypatch, function, times=1):
+    """Lets a function raise SIGINT some times, each time before it does its work."""
+    module, _, name = function.rpartition(".")
+    whole = getattr(importlib.import_module(module), name)
+
+    def interrupted(*args, **kwargs):
+        for _ in range(times):
+            signal.raise_signal(signal.SIGINT)
+        return whole(*args, **kwargs)
+
+    monkeypatch.setattr(function, interrupted)
+
+
+@pytest.fixture
+def jobs(tmp_path):
+    """Returns the path of a good file of jobs."""
+    (tmp_path / "jobs.json").write_text(json.dumps(in_a_ring()))
+    return tmp_path / "jobs.json"
+
+
+def test_ctrl_c_while_improving_gives_the_summary_or_the_object_of_the_shortest_schedule(mmp, jobs, monkeypatch):
+    interrupting(monkeypatch, "mmp_planners.work.scheduling.improved")
+    ran = mmp("run", jobs, "--improve", 60, "--execute")
+    assert (ran.code, ran.err) == (130, "mmp: interrupted\n")
+    for words in (
+        "interrupted; solved",
+        "single-arm searches",
+        "left out, the run was interrupted",
+        "not done: the run",
+    ):
+        assert words in ran.out
+    ran = mmp("run", jobs, "--improve", 60, "--execute", "--json")
+    assert ran.code == 130
+    assert (ran.result["status"], ran.result["valid"], ran.result["execution"]) == ("solved", None, None)
+    assert ran.result["makespan_s"] == ran.result["first_makespan_s"] > 0
+    assert ran.result["attempts"] is None
+
+
+def test_ctrl_c_before_there_is_a_schedule_gives_an_object_without_one(mmp, jobs, tmp_path, monkeypatch):
+    interrupting(monkeypatch, "mmp_planners.work.scheduling.first_world")
+    ran = mmp("run", jobs, "--json", "--out", tmp_path / "schedule.json")
+    assert (ran.code, ran.err) == (130, "mmp: interrupted; no schedule file was written\n")
+    assert (ran.result["status"], ran.result["makespan_s"]) == ("timeout", None)
+    assert ran.result["message"] == "the run was interrupted before there was a schedule"
+    ran = mmp("run", jobs)
+    assert (ran.code, ran.err) == (130, "mmp: interrupted\n")
+    assert "interrupted; timeout" in ran.out
+
+
+def test_the_first_ctrl_c_lets_the_schedule_file_be_finished_and_a_second_leaves_nothing(
+    mmp, jobs, tmp_path, monkeypatch
+):
+    out = tmp_path / "schedule.json"
+    with monkeypatch.context() as patch:
+        interrupting(patch, "mmp_env.work.schedule_file.json_text", times=2)
+        assert mmp("run", jobs, "--out", out).code == 130
+        assert [file.name for file in tmp_path.iterdir()] == ["jobs.json"]
+    interrupting(monkeypatch, "mmp_env.work.schedule_file.json_text")
+    ran = mmp("run", jobs, "--out", out, "--execute", "--json")
+    assert (ran.code, ran.result["schedule"], ran.result["valid"]) == (130, str(out), None)
+    assert ran.err == f"mmp: interrupted; {out} holds the schedule, not checked, not executed\n"
+    monkeypatch.undo()
+    assert mmp("check", out).code == 0
+
+
+def test_ctrl_c_during_the_check_names_the_file_and_what_it_lacks(mmp, jobs, tmp_path, monkeypatch):
+    interrupting(monkeypatch, "mmp_env.check.schedule.check_schedule_document")
+    out = tmp_path / "schedule.json"
+    ran = mmp("run", jobs, "--out", out)
+    assert (ran.code, ran.err) == (130, f"mmp: interrupted; {out} holds the schedule, not checked\n")
+    assert "left out, the run was interrupted" in ran.out
 
 
 def test_ctrl_c_writes_the_shortest_schedule_so_far(tmp_path, capsys, monkeypatch):

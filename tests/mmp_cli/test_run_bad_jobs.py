@@ -130,6 +130,6 @@ def test_ctrl_c_during_planning_ends_the_program_without_a_file(tmp_path, capsys
 
     monkeypatch.setattr(Scheduler, "_go_on", interrupted)
     assert main(["run", str(tmp_path / "jobs.json"), "--out", str(tmp_path / "schedule.json")]) == 130
-    assert capsys.readouterr().err == "mmp: interrupted\n"
+    assert capsys.readouterr().err == "mmp: interrupted; no schedule file was written\n"
     assert steps == ["step"]
     assert os.listdir(tmp_path) == ["jobs.json"]

@@ -85,14 +85,14 @@ def test_a_value_of_another_type_is_refused_with_the_type(option, value, wanted)
 @pytest.mark.parametrize("digits", [400, 5000])
 def test_a_whole_number_beyond_all_floats_is_refused(digits):
     value = 10**digits
-    with pytest.raises(MmpError, match="option 'w' of planner 'ecbs' is .*; it takes a number up to 1.8e"):
+    with pytest.raises(MmpError, match=r"option 'w' of planner 'ecbs' is .*; it takes a number up to 1\.8e"):
         make("ecbs", w=value)
     for option in ("restarts", "constraint"):
         with pytest.raises(MmpError, match=f"option '{option}' of planner 'ecbs' is .*; it takes "):
             make("ecbs", **{option: value})
-    with pytest.raises(MmpError, match="option 'patience' is .*; it must be "):
+    with pytest.raises(MmpError, match=r"option 'patience' is .*; it must be "):
         make("ecbs", patience=value)
-    with pytest.raises(MmpError, match="option 'w' is .*; it must be "):
+    with pytest.raises(MmpError, match=r"option 'w' is .*; it must be "):
         Ecbs(w=value)
 
 

@@ -17,7 +17,13 @@ from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.files.file_kinds import PLAN, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict, goals_from_dict
-from mmp_env.files.reading import MAX_JSON_BYTES, Location, decode_file, numbers
+from mmp_env.files.reading import (
+    MAX_PLAN_BYTES,
+    MOST_PLAN_COLLECTIONS,
+    Location,
+    decode_file,
+    numbers,
+)
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.arm import LARGEST_M
 from mmp_env.model.cell import Cell
@@ -64,6 +70,8 @@ class PlanData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     stats: dict[str, Any] = {}
 
 
+_OTHER_LISTS = 1_000_000
+"""Lists and objects of a plan file that are left for all but the rows of its arms."""
 _ROWS = ("positions", "velocities", "accelerations")
 
 
@@ -152,18 +160,35 @@ def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
 
     Raises:
         MmpError: for None or another object, numbers that are not finite, rows of another size, a plan larger than
-            64 MB, and a file that cannot be written.
+            512 MB, and a file that cannot be written.
     """
     given_plan(plan, "save")
     _check_rows(plan)
+    # Before the text is made: that of a plan that is much too large takes more memory than there is.
+    _check_size(plan, path)
     try:
         text = json_text(plan_to_dict(plan))
     except TypeError as error:
         raise MmpError(f"the plan cannot be saved: {error}") from None
-    if len(text) > MAX_JSON_BYTES:
-        size, most = len(text) / 2**20, MAX_JSON_BYTES / 2**20
-        raise MmpError(f"{path}: the plan takes {size:.0f} MB as a file; {most:.0f} MB is the most that is read")
+    if len(text) > MAX_PLAN_BYTES:
+        size, most = len(text) / 2**20, MAX_PLAN_BYTES / 2**20
+        said = f"the plan takes {size:.0f} MB as a file; {most:.0f} MB is the most that is read"
+        raise MmpError(f"{path}: {said}{_smaller(plan)}")
     write_text(path, text)
+
+
+def _check_size(plan: Plan, path: str | PathLike[str]) -> None:
+    """Raises `MmpError` for more configurations than are read, each of which is a list in the file."""
+    kinds = [plan.positions, *(rows for rows in (plan.velocities, plan.accelerations) if rows is not None)]
+    count, most = sum(len(rows) for kind in kinds for rows in kind.values()), MOST_PLAN_COLLECTIONS - _OTHER_LISTS
+    if count > most:
+        said = f"the plan has {count:,} configurations, velocities and accelerations; {most:,} is the most that is read"
+        raise MmpError(f"{path}: {said}{_smaller(plan)}")
+
+
+def _smaller(plan: Plan) -> str:
+    """Returns the end of a sentence: what makes the file of a plan smaller."""
+    return "; retime it with a lower rate (--rate), or not at all (--no-retime)" if plan.retimed else ""
 
 
 def _check_rows(plan: Plan) -> None:

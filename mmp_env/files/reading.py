@@ -41,9 +41,11 @@ _PLAIN_WORDS = {
     "null": "null",
 }
 MOST_COLLECTIONS = 2_000_000
-"""Most lists and objects that are read of one JSON text. A plan of 64 MB has about half a million; empty lists take 30
-times the memory of their text.
-"""
+"""Most lists and objects that are read of one JSON text; empty lists take 30 times the memory of their text."""
+MAX_PLAN_BYTES, MOST_PLAN_COLLECTIONS = 8 * MAX_JSON_BYTES, 8 * MOST_COLLECTIONS
+"""The same for plans: retimed plans of hundreds of arms have hundreds of samples of each arm in every second."""
+_PLAN = re.compile(rb'\s*\{\s*"schema"\s*:\s*"mmp-plan/')
+"""Beginning of a plan file."""
 
 
 class NotJsonError(MmpError):
@@ -92,9 +94,8 @@ def read_document(path: str | PathLike[str]) -> Any:
     """
     suffix = Path(path).suffix.lower()
     is_yaml = suffix in _YAML_SUFFIXES
-    limit = MAX_YAML_BYTES if is_yaml else MAX_JSON_BYTES
     place = Location(str(path))
-    content = read_bytes(path, limit, "YAML" if is_yaml else "JSON")
+    content = read_bytes(path, MAX_YAML_BYTES, "YAML") if is_yaml else read_bytes(path, _most_bytes, "JSON")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -105,10 +106,17 @@ def read_document(path: str | PathLike[str]) -> Any:
     if not suffix and not text.lstrip().startswith(("{", "[")):
         check_size(path, content, MAX_YAML_BYTES, "YAML")
         is_yaml = True
-    return parse_yaml(text, place) if is_yaml else parse_json(text, place)
+    if is_yaml:
+        return parse_yaml(text, place)
+    return parse_json(text, place, MOST_PLAN_COLLECTIONS if _PLAN.match(content) else MOST_COLLECTIONS)
 
 
-def parse_json(text: str, place: Location) -> Any:
+def _most_bytes(beginning: bytes) -> int:
+    """Returns the largest size of a JSON file with this beginning: plans, which name their schema first, are larger."""
+    return MAX_PLAN_BYTES if _PLAN.match(beginning) else MAX_JSON_BYTES
+
+
+def parse_json(text: str, place: Location, most_collections: int = MOST_COLLECTIONS) -> Any:
     """Returns the value of a JSON text. It may hold NaN and infinity, so that later messages can name their fields.
 
     Raises `NotJsonError` for text that is not JSON, and `MmpError` for other faults.
@@ -117,8 +125,8 @@ def parse_json(text: str, place: Location) -> Any:
     def whole(digits: str) -> int | float:
         return int(digits) if len(digits) <= LONGEST_INTEGER else float(digits)
 
-    if text.count("[") + text.count("{") > MOST_COLLECTIONS:
-        raise MmpError(f"{place} has more than {MOST_COLLECTIONS:,} lists and objects, the most that are read")
+    if text.count("[") + text.count("{") > most_collections:
+        raise MmpError(f"{place} has more than {most_collections:,} lists and objects, the most that are read")
     try:
         with named(place):
             return json.loads(text, object_pairs_hook=unique, parse_int=whole)

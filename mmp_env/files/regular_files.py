@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from collections.abc import Callable
 from os import PathLike
 
 from mmp_env.errors import MmpError
@@ -21,16 +22,24 @@ class TooLargeError(MmpError):
         self.beginning = beginning
 
 
-def read_bytes(path: str | PathLike[str], limit: int, kind: str) -> bytes:
-    """Returns the content of a file of at most `limit` bytes; `kind` is its format in messages. Raises `MmpError`."""
+def read_bytes(path: str | PathLike[str], limit: int | Callable[[bytes], int], kind: str) -> bytes:
+    """Returns the content of a file of at most `limit` bytes. Raises `MmpError`.
+
+    Args:
+        path: the file.
+        limit: the number of bytes, or a function that returns it for the beginning of the file.
+        kind: format of the file, for messages.
+    """
     try:
         if _may_never_end(path):
             raise OSError(errno.EINVAL, "it is not a regular file")
         with open(path, "rb") as file:
-            content = file.read(limit + 1)
+            content = file.read(_BEGINNING_BYTES)
+            most = limit(content) if callable(limit) else limit
+            content += file.read(max(0, most + 1 - len(content)))
     except (OSError, ValueError) as error:
         raise refusal(path, "read", error) from None
-    check_size(path, content, limit, kind)
+    check_size(path, content, most, kind)
     return content
 
 

@@ -11,6 +11,7 @@ from support import bad_files
 
 from mmp_env import check_plan
 from mmp_env.errors import MmpError
+from mmp_env.files.cell_file import load_cell
 from mmp_env.files.plan_file import load_plan, plan_from_dict, plan_to_check, plan_to_dict, save_plan
 from mmp_env.files.writing import json_text, plain
 from mmp_env.model.margins import KINDS, Margins
@@ -170,12 +171,44 @@ def test_a_plan_that_lacks_an_arm_is_neither_written_nor_valid(tmp_path):
     assert "arm1" in violation.message
 
 
-def test_a_plan_that_no_command_could_read_is_not_written(tmp_path, monkeypatch):
-    monkeypatch.setattr("mmp_env.files.plan_file.MAX_JSON_BYTES", 1000)
+@pytest.mark.parametrize(
+    ("limit", "words"),
+    [("MAX_PLAN_BYTES", "0 MB is the most"), ("MOST_PLAN_COLLECTIONS", "; 40 is the most")],
+)
+def test_a_plan_that_no_command_could_read_is_not_written(tmp_path, monkeypatch, limit, words):
+    monkeypatch.setattr(f"mmp_env.files.plan_file.{limit}", 50)
+    monkeypatch.setattr("mmp_env.files.plan_file._OTHER_LISTS", 10)
     rows = np.zeros((40, 6))
-    with pytest.raises(MmpError, match="the most that is read"):
-        save_plan(random_plan(np.arange(40.0), {"arm0": rows, "arm1": rows}), tmp_path / "plan.json")
+    plan = random_plan(np.arange(40.0), {"arm0": rows, "arm1": rows})
+    with pytest.raises(MmpError, match=f"{words} that is read$"):
+        save_plan(plan, tmp_path / "plan.json")
+    with pytest.raises(MmpError, match=rf"{words} that is read; retime it with a lower rate \(--rate\), or not at all"):
+        save_plan(dataclasses.replace(plan, velocities=plan.positions), tmp_path / "plan.json")
     assert not (tmp_path / "plan.json").exists()
+
+
+def test_a_plan_may_be_larger_than_other_files(tmp_path, monkeypatch):
+    path, rows = tmp_path / "plan.json", np.zeros((40, 6))
+    save_plan(random_plan(np.arange(40.0), {"arm0": rows, "arm1": rows}), path)
+    monkeypatch.setattr("mmp_env.files.reading.MAX_JSON_BYTES", 500)
+    monkeypatch.setattr("mmp_env.files.reading.MOST_COLLECTIONS", 5)
+    assert len(load_plan(path).times) == 40
+    with pytest.raises(MmpError, match="load_cell takes a cell file"):
+        load_cell(path)
+    data = json.loads(path.read_text())
+    for other in (data | {"schema": "mmp-episode/1"}, {"times": data.pop("times")} | data):
+        path.write_text(json.dumps(other))
+        with pytest.raises(MmpError, match=r"plan\.json is larger than"):
+            load_plan(path)
+
+
+@pytest.mark.parametrize("limit", ["MAX_PLAN_BYTES", "MOST_PLAN_COLLECTIONS"])
+def test_a_plan_has_limits_too(tmp_path, monkeypatch, limit):
+    path, rows = tmp_path / "plan.json", np.zeros((40, 6))
+    save_plan(random_plan(np.arange(40.0), {"arm0": rows, "arm1": rows}), path)
+    monkeypatch.setattr(f"mmp_env.files.reading.{limit}", 50)
+    with pytest.raises(MmpError, match=r"the most that (is|are) read"):
+        load_plan(path)
 
 
 @pytest.mark.parametrize("key", ["nothing", "positions", "times"])

@@ -196,9 +196,9 @@ def _check_rows(plan: Plan) -> None:
     arrays = {"times": plan.times}
     for key in ("positions", "velocities", "accelerations"):
         by_arm: Mapping[str, np.ndarray] = getattr(plan, key) or {}
-        for name in by_arm.keys() & set(plan.problem.cell.arm_names):
-            shape, wanted = np.shape(by_arm[name]), (len(plan.times), plan.problem.cell.arm(name).dof)
-            if shape != wanted:
+        for arm in plan.problem.cell.arms:
+            name, wanted = arm.name, (len(plan.times), arm.dof)
+            if name in by_arm and (shape := np.shape(by_arm[name])) != wanted:
                 raise MmpError(
                     f"the plan cannot be saved: {key} of arm '{name}' has shape {shape}; it must be {wanted}"
                 )

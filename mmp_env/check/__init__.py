@@ -119,6 +119,7 @@ def _swept(
         margin_m=data.margin,
         margins_m=data.margins,
         proved_m={kind: float(m) if np.isfinite(m) else None for kind, m in by_kind.items()} if proved else None,
+        found_m={kind: float(result.clearances[rule].least) for kind, rule in KIND_RULES.items()},
         required_m=min(required.values()),
         instants=result.instants,
         may_touch=data.cell.may_touch,

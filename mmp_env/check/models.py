@@ -149,8 +149,8 @@ def _carried(data: Any, kind: str) -> dict[str, CheckedModel]:
             raise UnreadableError(f"{where} does not have one file NAME{_MJCF}")
         known(files, (_MAIN[kind], _SPHERES, _HULLS, names[0], _HASH), where)
         out[key] = _model(names[0].removesuffix(_MJCF), kind, files, where)
-        told = files.get(_HASH)
-        if told is not None and told != _hash({name: files[name] for name in files if name != _HASH}, where):
+        stated = files.get(_HASH)
+        if stated is not None and stated != _hash({name: files[name] for name in files if name != _HASH}, where):
             raise UnreadableError(f"{where} was changed after the file was written: its {_HASH} is of other content")
     return out
 

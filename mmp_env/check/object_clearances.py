@@ -63,6 +63,7 @@ def joined(whole: CheckReport, parts: Sequence[CheckReport]) -> CheckReport:
         violations=faults,
         min_clearance_m=min(least) if len(least) == len(parts) else None,
         proved_m={kind: min(found, default=None) for kind, found in kinds.items()} if all(proved) else None,
+        found_m={kind: min(part.found_m.get(kind, np.inf) for part in parts) for kind in KIND_RULES},
         instants=sum(part.instants for part in parts),
         may_touch=whole.may_touch,
     )

@@ -76,6 +76,7 @@ class CheckReport:
         margin_m: `problem.margin` of the file [m].
         margins_m: the margins [m] that the plan must keep: `arms`, `obstacles`, `self`.
         proved_m: the clearances [m] proved, by kind of margin; None for a kind without pairs.
+        found_m: the least clearances [m] found at an instant, by kind of margin; infinity for a kind without pairs.
         required_m: the least clearance [m] that had to be proved.
         instants: number of configurations of the whole cell that were placed.
         may_touch: moving links and obstacles that may touch, which no check tests.
@@ -90,6 +91,7 @@ class CheckReport:
     margin_m: float | None = None
     margins_m: Mapping[str, float] | None = None
     proved_m: Mapping[str, float | None] | None = None
+    found_m: Mapping[str, float] = field(default_factory=dict)
     required_m: float | None = None
     instants: int = 0
     may_touch: tuple[tuple[str, str], ...] = ()

@@ -18,7 +18,7 @@ from mmp_env.check.order import Pair, broken_order
 from mmp_env.check.reading import read_cell, read_objects
 from mmp_env.check.report import CheckReport, Violation
 from mmp_env.check.schedule_motion import Motion, proof_times
-from mmp_env.check.sweep import ROUNDING_M, largest_found
+from mmp_env.check.sweep import ROUNDING_M
 from mmp_env.check.work import Work, broken_rules, read_events, read_jobs
 
 SCHEMA = "mmp-schedule/1"
@@ -26,6 +26,8 @@ PERIOD_TOLERANCE = 1e-6
 """Largest distance of a time from a multiple of the period [periods]."""
 MOST_PERIODS = 10_000_000
 """Largest number of periods of a schedule."""
+_PROOF_TOLERANCE_M = 1e-6
+"""Excess of a stated clearance, for the rounding of planners and checker [m]."""
 _KEYS = (
     "schema",
     "name",
@@ -84,7 +86,7 @@ def check_schedule_document(document: Mapping[str, Any], *, exact: bool = False)
             found = windows(handled, max(motion.end for motion in motions.values()))
             broken += sinking(work, found)
             report = joined(report, check_windows(plan, work, found, exact=exact))
-        broken += _untrue_clearances(document, report) if not exact else ()
+        broken += _untrue_clearances(document, report, exact=exact)
         if not handled.faults:
             broken += broken_order(work, pairs, _distance(document, objects), handled)
         return dataclasses.replace(report, violations=(*report.violations, *broken))
@@ -92,20 +94,19 @@ def check_schedule_document(document: Mapping[str, Any], *, exact: bool = False)
         return CheckReport(violations=(error.violation,))
 
 
-def _untrue_clearances(document: Mapping[str, Any], report: CheckReport) -> Iterator[Violation]:
-    """Yields a violation for each clearance in `proof` that is larger than the one that the check found."""
-    stated = document.get("proof")
-    if stated is None:
-        return
+def _untrue_clearances(document: Mapping[str, Any], report: CheckReport, *, exact: bool) -> Iterator[Violation]:
+    """Yields a violation for each clearance in `proof` that is larger than one that the check of the spheres found.
+
+    Margins that are not kept are violations of their own.
+    """
+    stated = document.get("proof") or {}
     known(stated, tuple(KIND_RULES), "proof")
+    broken = {violation.rule for violation in report.violations}
     for kind, metres in stated.items():
-        proved = (report.proved_m or {}).get(kind)
-        if metres is None or proved is None:
-            continue
-        most = largest_found(proved)
-        if not numbers(metres, (), f"proof.{kind}") <= most:
-            text = f"proof.{kind} is {metres:.6g} m, but the clearance of the motion is at most {most:.6g} m"
-            yield Violation(rule="proof", message=text, values={"stated": metres, "most": most})
+        most = np.inf if exact or KIND_RULES[kind] in broken else report.found_m.get(kind, np.inf) + _PROOF_TOLERANCE_M
+        if metres is not None and not numbers(metres, (), f"proof.{kind}") <= most:
+            text = f"proof.{kind} is {metres:.6g} m, but a clearance of the motion is {most:.6g} m"
+            yield Violation(rule="proof", message=text, values={"stated": metres, "found": most})
 
 
 def _distance(document: Mapping[str, Any], objects: Sequence[Solid]) -> float:

@@ -92,11 +92,6 @@ class Sweep:
         return min(self.clearances.values(), key=lambda clearance: clearance.least)
 
 
-def largest_found(proved: float) -> float:
-    """Returns the largest clearance [m] that can have been found, by one that a finished sweep has proved."""
-    return (proved + 2 * ROUNDING_M + _SLACK_M) / (1 - _SLACK_SHARE)
-
-
 def prove_apart(
     model: CellModel, families: Sequence[Family], trajectory: Trajectory, required: Mapping[str, float]
 ) -> Sweep:

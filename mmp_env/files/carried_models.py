@@ -102,8 +102,8 @@ def _read(
             raise MmpError(f"{place / key} has the name of one that is built in; choose another name")
         out[key] = _model(files, place / key, build)
         _compile(out[key], parts, f"{place / key}: {out[key].name}{_MJCF}")
-        told = files.get(_HASH)
-        if told is not None and told != _hash(_without_hash(files)):
+        stated = files.get(_HASH)
+        if stated is not None and stated != _hash(_without_hash(files)):
             raise MmpError(
                 f"{place / key} was changed after the file was written; leave out its '{_HASH}' to use the change"
             )

@@ -34,9 +34,10 @@ def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckR
         allowed = f"a Plan, or the content of a plan.json, an object{how_to_plan(plan)}"
         return _unreadable(f"the plan is {what_else(plan)}; it must be {allowed}")
     try:
-        return check_document(plan_to_check(plan), exact=exact)
+        document = plan_to_check(plan)
     except (MmpError, TypeError) as error:  # TypeError: a value that JSON lacks
         return _unreadable(str(error))
+    return check_document(document, exact=exact)
 
 
 def _unreadable(message: str) -> CheckReport:

@@ -194,6 +194,10 @@ def _smaller(plan: Plan) -> str:
 def _check_rows(plan: Plan) -> None:
     """Raises `MmpError` for NaN and infinity, which JSON lacks, and for rows that are not one of each time."""
     arrays = {"times": plan.times}
+    if plan.times.ndim != 1 or not len(plan.times):
+        raise MmpError(f"the plan cannot be saved: times has shape {plan.times.shape}; it must be one row")
+    if plan.accelerations is not None and plan.velocities is None:
+        raise MmpError("the plan cannot be saved: it has accelerations and no velocities")
     for key in ("positions", "velocities", "accelerations"):
         by_arm: Mapping[str, np.ndarray] = getattr(plan, key) or {}
         for arm in plan.problem.cell.arms:
@@ -204,6 +208,8 @@ def _check_rows(plan: Plan) -> None:
                 )
         arrays |= {f"{key} of arm '{name}'": rows for name, rows in by_arm.items()}
     for what, values in arrays.items():
+        if np.asarray(values).dtype.kind not in "iuf":
+            raise MmpError(f"the plan cannot be saved: its {what} are not numbers")
         if not np.isfinite(values).all():
             raise MmpError(f"the plan cannot be saved: its {what} hold a number that is not finite")
 

@@ -44,8 +44,8 @@ MOST_COLLECTIONS = 2_000_000
 """Most lists and objects that are read of one JSON text; empty lists take 30 times the memory of their text."""
 MAX_PLAN_BYTES, MOST_PLAN_COLLECTIONS = 8 * MAX_JSON_BYTES, 8 * MOST_COLLECTIONS
 """The same for plans: retimed plans of hundreds of arms have hundreds of samples of each arm in every second."""
-_PLAN = re.compile(rb'\s*\{\s*"schema"\s*:\s*"mmp-plan/')
-"""Beginning of a plan file."""
+_PLAN = re.compile(rb'(?:\xef\xbb\xbf)?\s*\{\s*"schema"\s*:\s*"mmp-plan/')
+"""Beginning of a plan file, which may have a byte order mark."""
 
 
 class NotJsonError(MmpError):

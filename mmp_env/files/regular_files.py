@@ -11,7 +11,7 @@ from os import PathLike
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import refusal
 
-_BEGINNING_BYTES = 2**16
+_BEGINNING_BYTES, _PART_BYTES = 2**16, 2**22
 
 
 class TooLargeError(MmpError):
@@ -34,9 +34,12 @@ def read_bytes(path: str | PathLike[str], limit: int | Callable[[bytes], int], k
         if _may_never_end(path):
             raise OSError(errno.EINVAL, "it is not a regular file")
         with open(path, "rb") as file:
-            content = file.read(_BEGINNING_BYTES)
-            most = limit(content) if callable(limit) else limit
-            content += file.read(max(0, most + 1 - len(content)))
+            parts = [file.read(_BEGINNING_BYTES)]
+            most, size = limit(parts[0]) if callable(limit) else limit, len(parts[0])
+            while parts[-1] and size <= most:  # in parts, because `read` takes all the memory that it is allowed
+                parts.append(file.read(min(_PART_BYTES, most + 1 - size)))
+                size += len(parts[-1])
+            content = b"".join(parts)
     except (OSError, ValueError) as error:
         raise refusal(path, "read", error) from None
     check_size(path, content, most, kind)

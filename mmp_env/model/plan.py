@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import importlib
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from numbers import Real
 from os import PathLike
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.argument_checks import given, refused
+from mmp_env.argument_checks import as_numbers, given, refused
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.problem import Problem
@@ -38,7 +36,7 @@ class Plan(ReadOnly):
         max_jerk: arm name -> [dof] [rad/s^3], limits of a retimed plan.
 
     Raises:
-        MmpError: for no problem, no times, and what is no mapping and must be one.
+        MmpError: if the problem or the times are of another kind, or an attribute is no mapping and must be one.
     """
 
     problem: Problem
@@ -108,9 +106,10 @@ class Plan(ReadOnly):
         Raises:
             MmpError: unless `t` is a number.
         """
-        if not isinstance(t, Real) or math.isnan(t):
+        time_s = as_numbers(t)
+        if time_s is None or time_s.ndim or np.isnan(time_s):
             raise refused("t", t, "a time [s]")
-        return {arm: q[0] for arm, q in self.sampled(np.array([t])).items()}
+        return {arm: q[0] for arm, q in self.sampled(time_s[None]).items()}
 
     def sampled(self, times: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "n dof"]]:
         """Returns the configurations at `times` [n] [s]: arm name -> [n, dof] [rad].

@@ -66,7 +66,7 @@ def tried(kit: Kit, command: Command, kind: str, at: int, good: Run) -> Attempt:
 
 @dataclass
 class Tally:
-    """What the attempts have found so far."""
+    """Counts and faults of the attempts so far."""
 
     tried: Counter[str] = field(default_factory=Counter)
     possible: int = 0

@@ -57,7 +57,7 @@ SHAPES: dict[str, Callable[[_Arguments], list[Shape]]] = {
     "CompositeSearch.grow": lambda _: [("steps", 4)],
     "GroupSearch.grow": lambda _: [("steps", 4)],
 }
-"""Function -> the shapes of the arrays that it returns. Of no array if it found nothing."""
+"""Function -> the shapes of the arrays that it returns. An empty tuple stands for no array, if it found nothing."""
 
 
 def exception_fault(error: Exception, arguments: _Arguments) -> str:

@@ -31,7 +31,7 @@ def ends_nonsense(
 
 
 def goal_nonsense(goal: Any, joints: int | None, *, is_start: bool) -> Iterator[str]:
-    """Yields what is wrong with the goal of an arm of so many joints, if their number is known."""
+    """Yields what is wrong with the goal of an arm with this number of joints, if it is known."""
     if isinstance(goal, list):
         if not is_vector(goal, joints):
             yield f"a configuration {str(goal)[:60]}"

@@ -1,4 +1,4 @@
-"""What a value of a document is: a number within bounds, a vector, a name. It shares no code with the program."""
+"""Kinds of values in a document: a number within bounds, a vector, a name. The program shares no code with it."""
 
 from __future__ import annotations
 

@@ -38,6 +38,16 @@ SENTENCES = {
     "m.save_plan(replace(rest, stats={'a': object()}), 'p.json')": (
         "the plan cannot be saved: a value of type object cannot be written as JSON"
     ),
+    "rest.at(10**400)": "t is a number of 401 digits; it must be a time [s]",
+    "m.save_plan(replace(rest, times=np.zeros((1, 1))), 'p.json')": (
+        "the plan cannot be saved: times has shape (1, 1); it must be one row"
+    ),
+    "m.save_plan(replace(rest, positions={n: q.astype(object) for n, q in rows.items()}), 'p.json')": (
+        "the plan cannot be saved: its positions of arm 'arm0' are not numbers"
+    ),
+    "m.save_plan(replace(rest, accelerations=rows), 'p.json')": (
+        "the plan cannot be saved: it has accelerations and no velocities"
+    ),
     "print(m.check_plan(replace(rest, stats={'a': object()})).sentences[0])": (
         "schema: a value of type object cannot be written as JSON"
     ),

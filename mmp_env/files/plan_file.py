@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.argument_checks import require_finite
+from mmp_env.argument_checks import given, require_finite
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.files.file_kinds import PLAN, read_for
@@ -86,11 +86,20 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
 def plan_to_check(plan: Plan) -> dict[str, Any]:
     """Returns the plan in the form of `mmp-plan/1` for the checker: long rows of finite numbers remain arrays.
 
-    Lists of them take eight times the memory. Raises `MmpError` if an arm is missing.
+    Lists of them take eight times the memory. Raises `MmpError` if an arm is missing or a part is of another kind.
     """
+    _check_kinds(plan)
     out = _content(plan)
     rows = {key: out.pop(key) for key in _ROWS if key in out and all(np.isfinite(q).all() for q in out[key].values())}
     return plain(out) | rows
+
+
+def _check_kinds(plan: Plan) -> None:
+    """Raises `MmpError` for a plan without problem or times, or with statistics of another kind."""
+    given("problem of a plan", plan.problem, Problem, "a Problem")
+    given("times of a plan", plan.times, np.ndarray, "an array of times [s]")
+    for name in ("planner", "stats"):
+        given(f"{name} of a plan", getattr(plan, name), Mapping, "a mapping from name to value")
 
 
 def _content(plan: Plan) -> dict[str, Any]:
@@ -163,6 +172,7 @@ def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
             512 MB, and a file that cannot be written.
     """
     given_plan(plan, "save")
+    _check_kinds(plan)
     _check_rows(plan)
     # Before the text is made: that of a plan that is much too large takes more memory than there is.
     _check_size(plan, path)

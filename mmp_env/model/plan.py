@@ -36,7 +36,7 @@ class Plan(ReadOnly):
         max_jerk: arm name -> [dof] [rad/s^3], limits of a retimed plan.
 
     Raises:
-        MmpError: if the problem or the times are of another kind, or an attribute is no mapping and must be one.
+        MmpError: if one that maps arm names to arrays is no mapping.
     """
 
     problem: Problem
@@ -50,14 +50,10 @@ class Plan(ReadOnly):
     max_jerk: Mapping[str, Float[np.ndarray, "dof"]] | None = None
 
     def __post_init__(self) -> None:
-        given("problem of a plan", self.problem, Problem, "a Problem")
-        given("times of a plan", self.times, np.ndarray, "an array of times [s]")
         for name in ("positions", "velocities", "accelerations", "max_acceleration", "max_jerk"):
             value = getattr(self, name)
             if value is not None or name == "positions":
                 given(f"{name} of a plan", value, Mapping, "a mapping from arm name to array")
-        for name in ("planner", "stats"):
-            given(f"{name} of a plan", getattr(self, name), Mapping, "a mapping from name to value")
         super().__post_init__()
 
     @brief

@@ -125,20 +125,22 @@ def _is_continued(run: Run, name: str) -> bool:
 
 def _unreadable(path: Path) -> str:
     """Returns why a written file cannot be used; nothing for a good one."""
-    if path.suffix not in ("", ".jsonl", ".yaml") and (reason := whole_files.broken(path)):
+    # A plan may be written under any name, and is JSON then.
+    suffix = path.suffix if path.suffix in (".jsonl", ".yaml", *whole_files.READERS) else ""
+    if suffix not in ("", ".jsonl", ".yaml") and (reason := whole_files.broken(path)):
         return reason
     try:
-        if path.suffix == ".csv":
+        if suffix == ".csv":
             rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
             numbers_of([[float(word) for word in row] for row in rows[1:]])
             return "rows of several lengths" if len({len(row) for row in rows}) > 1 else ""
-        if path.suffix in ("", ".json", ".yaml"):
-            numbers_of(yaml_value(path.read_bytes()) if path.suffix == ".yaml" else json.loads(path.read_bytes()))
-        if path.suffix == ".jsonl":
+        if suffix in ("", ".json", ".yaml"):
+            numbers_of(yaml_value(path.read_bytes()) if suffix == ".yaml" else json.loads(path.read_bytes()))
+        if suffix == ".jsonl":
             numbers_of([json.loads(row) for row in path.read_bytes().splitlines()])
-        if path.suffix in (".xml", ".svg"):
+        if suffix in (".xml", ".svg"):
             ElementTree.fromstring(path.read_bytes())
-        if path.suffix == ".npz":
+        if suffix == ".npz":
             with np.load(path) as arrays:
                 numbers_of([arrays[name].tolist() for name in arrays])
     except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError, *_BROKEN_ARRAYS) as error:

@@ -23,13 +23,11 @@ SENTENCES = {
     "m.Plan(problem=rest.problem, times=np.zeros(1), positions=3)": (
         "positions of a plan is 3; it must be a mapping from arm name to array"
     ),
-    "m.Plan(problem=None, times=np.zeros(1), positions=rows)": "problem of a plan is None; it must be a Problem",
-    "m.Plan(problem=rest.problem, times=None, positions=rows)": (
-        "times of a plan is None; it must be an array of times [s]"
+    "print(m.check_plan(replace(rest, problem=None)).sentences[0])": (
+        "schema: problem of a plan is None; it must be a Problem"
     ),
-    "m.Plan(problem=rest.problem, times=np.zeros(1), positions=rows, stats=5)": (
-        "stats of a plan is 5; it must be a mapping from name to value"
-    ),
+    "m.save_plan(replace(rest, times=None), 'p.json')": "times of a plan is None; it must be an array of times [s]",
+    "m.save_plan(replace(rest, stats=5), 'p.json')": "stats of a plan is 5; it must be a mapping from name to value",
     "rest.at(float('nan'))": "t is nan; it must be a time [s]",
     "rest.at([0, 9])": "t is [0, 9]; it must be a time [s]",
     "m.save_plan(replace(rest, times=np.zeros(2)), 'p.json')": (

@@ -33,7 +33,7 @@ BREAKERS = {
     breakers.CountsDown: (HONEST, "low_level_calls is -1; it must be a count"),
     breakers.CountsHalves: (HONEST, "root_conflicts is 1.5; it must be a count"),
     breakers.ProvesTooMuch: (HONEST, "min_clearance_m is 1.0, but 'turning' comes as close as"),
-    breakers.HasAPlanOfItsOwn: (HONEST, "the statistics cannot be written: a HasAPlanOfItsOwn"),
+    breakers.HasAPlanOfItsOwn: (HONEST, "the statistics cannot be written: a value of type HasAPlanOfItsOwn"),
     breakers.Meddles: (UNCHANGED, "planning changed 'turning'"),
     breakers.TakesAnySeed: (SEEDS, "seed -1 is taken"),
     breakers.FailsAtSeeds: (SEEDS, "seed -1 raised KeyError: -1"),

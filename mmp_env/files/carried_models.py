@@ -157,10 +157,10 @@ def _tool_parts(tool: Tool) -> tuple[list[str], int]:
 
 def _compile(model: _Model, parts: Callable[[_Model], tuple[list[str], int]], where: str) -> None:
     """Raises `MmpError` for MJCF that MuJoCo refuses, or whose parts are not those of the robot or tool."""
-    from mmp_env.mujoco_import import mujoco, without_log
+    from mmp_env.mujoco_import import mujoco, without_log, without_report
 
     try:
-        with without_log():
+        with without_log(), without_report(beside_threads=False):
             compiled = mujoco.MjModel.from_xml_string(model.mjcf)
     except ValueError as error:
         raise MmpError(f"{where} is not MJCF that MuJoCo can read: {' '.join(str(error).split())}") from None

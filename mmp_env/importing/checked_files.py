@@ -15,7 +15,7 @@ from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
 from mmp_env.importing.cover_fit import Cover
 from mmp_env.importing.pieces import Piece
 from mmp_env.model.transforms import matrix_from_rpy, transform
-from mmp_env.mujoco_import import mujoco, without_log
+from mmp_env.mujoco_import import mujoco, without_log, without_report
 
 
 @dataclass(kw_only=True, eq=False)
@@ -100,7 +100,7 @@ def read_robot_files(folder: Path, faults: list[str]) -> RobotFiles | None:
         robot, spheres = json.loads(texts["robot.json"]), json.loads(texts["spheres.json"])
         hulls = json.loads(texts.get("hulls.json", "null"))
         origin = hulls.pop("origin", {}) if hulls else {}
-        with without_log():
+        with without_log(), without_report(beside_threads=True):
             model = mujoco.MjModel.from_xml_string(texts[mjcf])
         return RobotFiles(
             name=folder.name,

@@ -11,6 +11,7 @@ from mmp_env.importing.file_faults import fingerprint_faults, limit_faults
 from mmp_env.importing.geometry_faults import cover_faults, hull_faults
 from mmp_env.importing.mjcf_faults import kinematics_faults, name_faults
 from mmp_env.importing.pair_faults import pair_faults, pose_faults
+from mmp_env.mujoco_import import without_log
 
 Progress = Callable[[str], None]
 
@@ -35,8 +36,9 @@ def check_robot(folder: Path, progress: Progress = lambda line: None) -> RobotRe
         progress(name)
         before = len(report.faults)
         try:
-            for fault in faults:
-                report.faults.append(fault)
+            with without_log():
+                for fault in faults:
+                    report.faults.append(fault)
         except (MmpError, ArithmeticError, AttributeError, KeyError, IndexError, TypeError, ValueError) as error:
             report.faults.append(f"{name} cannot be checked: {in_words(error)}")
         if len(report.faults) == before:

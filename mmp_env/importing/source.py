@@ -23,7 +23,7 @@ from mmp_env.importing.compiled_source import SourceModel
 from mmp_env.importing.finite import require_finite_model
 from mmp_env.importing.urdf import repair_inertia, urdf_facts, urdf_text
 from mmp_env.meshes.mesh_files import is_read_by_mujoco, read_mesh, refuse_words
-from mmp_env.mujoco_import import mujoco, without_log
+from mmp_env.mujoco_import import mujoco, without_log, without_report
 
 MOST_GEOMS = 1000
 """Largest number of collision geoms in a model."""
@@ -259,7 +259,7 @@ def _compiled(path: Path, spec: Any) -> Any:
         if len(key.qpos) and not np.all(np.isfinite(key.qpos)):
             spec.delete(key)
     try:
-        with without_log(), _without_asset_cache():
+        with without_log(), without_report(beside_threads=True), _without_asset_cache():
             model = spec.compile()
     except ValueError as error:
         raise MmpError(f"{path} is refused by MuJoCo: {one_line(error)}") from None

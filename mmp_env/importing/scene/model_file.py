@@ -8,7 +8,7 @@ from typing import Any
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_file, real_path, refusal
 from mmp_env.importing.source import one_line
-from mmp_env.mujoco_import import mujoco, without_log
+from mmp_env.mujoco_import import mujoco, without_log, without_report
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
 """Suffixes of files that hold a model."""
@@ -31,7 +31,7 @@ def load_model(path: str | Path) -> Any:
     except UnicodeDecodeError as error:
         raise MmpError(f"{path} is not UTF-8 text: byte {error.start + 1} begins no character") from None
     try:
-        with without_log():
+        with without_log(), without_report(beside_threads=True):
             return mujoco.MjModel.from_xml_path(str(real_path(Path(path))))
     except ValueError as error:
         raise MmpError(f"{path} cannot be read by MuJoCo: {one_line(error)}") from None

@@ -180,10 +180,9 @@ class DatasetFolder:
         except (OSError, UnicodeDecodeError, NotJsonError):
             raise MmpError(f"{place} is not the index of a dataset") from None
         place, index = decode_file(data, SCHEMA, _Index, place)
-        settings = json.loads(json.dumps(self.settings))
-        for key in sorted(settings, key=lambda key: key == "cell"):  # another robot also makes another cell
-            value = settings[key]
-            if (there := getattr(index.settings, key)) != value:
+        for key in sorted(self.settings, key=lambda key: key == "cell"):  # another robot also makes another cell
+            value, there = self.settings[key], getattr(index.settings, key)
+            if json.dumps(there, sort_keys=True) != json.dumps(value, sort_keys=True):  # to Python, False == 0
                 if key == "cell":
                     raise MmpError(
                         f"--out {self.path} has a dataset of another cell: the cell, its robots or the instances are"

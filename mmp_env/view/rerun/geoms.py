@@ -45,10 +45,11 @@ class CellGeoms:
             by_body.setdefault(int(model.geom_bodyid[geom]), []).append(geom)
         names = {body: model.body(body).name for body in by_body if body != 0}
         if arm is None:
-            self._bodies = {body: f"{CELL}/{name}" for body, name in names.items()}
+            self._bodies = {body: f"{CELL}/{_entity(name)}" for body, name in names.items()}
         else:
             own = f"{arm}/"
-            self._bodies = {body: f"{root}/{name[len(own) :]}" for body, name in names.items() if name.startswith(own)}
+            links = {body: name.removeprefix(own) for body, name in names.items() if name.startswith(own)}
+            self._bodies = {body: f"{root}/{_entity(link)}" for body, link in links.items()}
         for body, geoms in by_body.items():
             if arm is None or body in self._bodies:
                 self._log_geoms(self._bodies.get(body, STAGE), geoms)
@@ -157,3 +158,8 @@ def joined(cell: Cell, q: Mapping[str, Float[np.ndarray, "t dof"]]) -> Float[np.
 
 def _turned(quaternion: np.ndarray, vector: Any) -> np.ndarray:
     return matrix_from_quaternion(quaternion) @ np.asarray(vector, dtype=float)
+
+
+def _entity(body: str) -> str:
+    """Returns the path of a body's entity: spaces and other characters that rerun takes amiss are escaped."""
+    return "/".join(map(require().escape_entity_path_part, body.split("/")))

@@ -44,3 +44,10 @@ def test_meshes_are_drawn_by_their_faces_in_the_frame_of_their_body():
         distances = np.linalg.norm(part[:, None] - expected, axis=-1)
         assert distances.min(axis=1).max() < 1e-6
         assert distances.min(axis=0).max() < 1e-6
+
+
+def test_spaces_in_the_name_of_a_body_are_escaped():
+    pytest.importorskip("rerun")
+    stream = Stream()
+    CellGeoms(stream, ring_cell(2), mujoco.MjModel.from_xml_string(TEXT.replace("arm/link", "obstacle/base geom 0")))
+    assert list(stream.logged) == [r"/cell/obstacle/base\ geom\ 0/meshes"]

@@ -33,7 +33,7 @@ def result_nonsense(document: Any) -> Iterator[str]:
     if not isinstance(document, dict):
         yield "a result that is no object"
         return
-    yield from missing(document, "instance", "planner", "seed", "status")
+    yield from missing(document, "instance", "planner", "status")
     yield from wrong(document, "status", document.get("status") in STATUSES)
     for key in NOT_NEGATIVE:
         yield from wrong(document, key, is_number(document.get(key), 0.0))

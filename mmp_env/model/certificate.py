@@ -14,7 +14,7 @@ from mmp_env.model.collision import REQUIRED_MARGIN_FACTOR
 from mmp_env.model.margins import KINDS, Margins
 from mmp_env.model.plan import Plan
 
-SHARE = 0.5
+SHARE = 0.8
 """Share of the sampled clearance beyond the required one that a certificate may leave unproved. A smaller share takes
 longer to prove.
 """

@@ -9,6 +9,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
 
+import numpy as np
+from jaxtyping import Float
+
 from mmp_env.argument_checks import given, text
 from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
@@ -19,7 +22,7 @@ from mmp_env.model.keep import Upright, as_keep
 from mmp_env.model.model_joints import ModelJoints
 from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.read_only import read_only
-from mmp_env.model.robot import EXACT, GEOMETRIES
+from mmp_env.model.robot import EXACT, GEOMETRIES, frozen_array
 from mmp_env.wording import counted
 
 MOST_ARMS = 256
@@ -81,7 +84,17 @@ class Cell:
     @property
     def arm_names(self) -> tuple[str, ...]:
         """Names of the arms, in their order."""
+        return self._arm_names
+
+    @cached_property
+    def _arm_names(self) -> tuple[str, ...]:
         return tuple(arm.name for arm in self.arms)
+
+    @cached_property
+    def joint_limits(self) -> tuple[Float[np.ndarray, "all_dof"], Float[np.ndarray, "all_dof"]]:
+        """Lower and upper limits of the joints of all arms [rad, of slides m], in the order of the arms."""
+        lower = np.concatenate([arm.robot.lower for arm in self.arms])
+        return frozen_array(lower), frozen_array(np.concatenate([arm.robot.upper for arm in self.arms]))
 
     @property
     def largest_unit(self) -> str:

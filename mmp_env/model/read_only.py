@@ -36,11 +36,17 @@ class ReadOnly:
             object.__setattr__(self, name, read_only(value))
 
 
+_NOTHING_TO_DO = frozenset((str, int, float, bool, type(None), ReadOnlyDict))
+"""Types of most values in statistics and options; to ask about `Mapping` takes ten times as long."""
+
+
 def read_only(value: Any) -> Any:
     """Returns a read-only view of an array, or a read-only copy of a mapping with its mappings and arrays.
 
     Any other value is returned as it is.
     """
+    if type(value) in _NOTHING_TO_DO:
+        return value
     if isinstance(value, np.ndarray) and value.flags.writeable:
         value = value.view()
         value.flags.writeable = False

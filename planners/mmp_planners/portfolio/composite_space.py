@@ -11,7 +11,7 @@ from jaxtyping import Float
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
-from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
+from mmp_planners.portfolio.shortcutting import retime_all_joints
 
 
 def all_joints(problem: Problem, q: Mapping[str, Float[np.ndarray, "_dof"]]) -> Float[np.ndarray, "all_dof"]:
@@ -29,5 +29,4 @@ def search_levels(problem: Problem) -> dict[str, Any]:
 
 def fastest_plan(problem: Problem, path: Float[np.ndarray, "n all_dof"]) -> Plan:
     """Returns a plan along a path, as fast as the velocity limits allow, not certified yet."""
-    ends = np.cumsum([arm.dof for arm in problem.cell.arms])[:-1]
-    return retime_to_velocity_limits(problem, np.split(path, ends, axis=1))
+    return retime_all_joints(problem, path)

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env import core
+from mmp_env.model.cell import Cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
@@ -98,40 +99,52 @@ def divided(rows: Sequence[Rows], counts: Int[np.ndarray, "steps"]) -> list[Floa
 
 
 def retime_to_velocity_limits(problem: Problem, rows: Sequence[Rows]) -> Plan:
-    """Returns a plan through `rows`, each step as short as the velocity limits of all joints allow.
+    """Returns a plan through `rows`, configurations [k, dof] [rad] of each arm with the same k; `retime_all_joints`."""
+    return retime_all_joints(problem, np.concatenate(rows, axis=1))
+
+
+def retime_all_joints(problem: Problem, q: Float[np.ndarray, "k all_dof"]) -> Plan:
+    """Returns a plan through configurations of all arms, each step as short as the velocity limits allow.
 
     All arms keep one clock, so arms that were clear of each other stay clear. The ends are exactly the start and the
     nearest candidates, which the plan chooses as its goal.
 
     Args:
         problem: the problem of the plan.
-        rows: configurations [k, dof] [rad] of each arm, with the same k.
+        q: configurations [rad, of slides m], the arms in the order of the cell.
     """
-    cell = problem.cell
-    problem = ending_at(problem, dict(zip(cell.arm_names, rows, strict=True)))
     # All joints of all arms in one array, which is several times as fast as arm by arm in cells of many arms.
-    lower, upper = (np.concatenate([getattr(arm.robot, side) for arm in cell.arms]) for side in ("lower", "upper"))
+    problem = ending_at(problem, _of_arms(problem.cell, q[-1:]))
     start, goal, limits = (
-        np.concatenate([of_arm[name] for name in cell.arm_names])
+        np.concatenate([of_arm[name] for name in problem.cell.arm_names])
         for of_arm in (problem.start, problem.goal, problem.max_velocity)
     )
-    q = np.minimum(np.maximum(np.concatenate(rows, axis=1), lower), upper)
+    lower, upper = problem.cell.joint_limits
+    q = np.minimum(np.maximum(q, lower), upper)
     if len(q) == 1:
         q = np.repeat(q, 2, axis=0)
     q[0], q[-1] = start, goal
     # Steps without motion are dropped: no arm waits for anything.
-    kept = np.concatenate([[True], _step_durations(q, limits) > 1e-9])
-    kept[-1] |= not kept[1:].any() and bool((start != goal).any())
-    q = q[kept]
-    q[-1] = goal
-    lasting = np.maximum(_step_durations(q, limits), 1e-9)
+    durations = _step_durations(q, limits)
+    kept = durations > 1e-9
+    if not kept.all():
+        kept = np.concatenate([[True], kept])
+        kept[-1] |= not kept[1:].any() and bool((start != goal).any())
+        q = q[kept]
+        q[-1] = goal
+        durations = _step_durations(q, limits)
+    lasting = np.maximum(durations, 1e-9)
+    times = np.empty(len(q))
+    times[0] = 0.0
     # One rounding step more: late in a plan, rounded times would make a step of nanoseconds too short.
-    times = np.concatenate([[0.0], np.cumsum(lasting + np.spacing(lasting.sum()))])
+    np.cumsum(lasting + np.spacing(lasting.sum()), out=times[1:])
+    return Plan(problem=problem, times=times, positions=_of_arms(problem.cell, q))
+
+
+def _of_arms(cell: Cell, q: Float[np.ndarray, "k all_dof"]) -> dict[str, Rows]:
+    """Returns arm name -> its columns of the configurations of all arms."""
     ends = itertools.accumulate(arm.dof for arm in cell.arms)
-    parts = {
-        arm.name: np.ascontiguousarray(q[:, end - arm.dof : end]) for arm, end in zip(cell.arms, ends, strict=True)
-    }
-    return Plan(problem=problem, times=times, positions=parts)
+    return {arm.name: np.ascontiguousarray(q[:, end - arm.dof : end]) for arm, end in zip(cell.arms, ends, strict=True)}
 
 
 def _step_durations(

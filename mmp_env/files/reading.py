@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, get_args, get_origin
 
 import msgspec
 
@@ -192,7 +192,8 @@ def decode(data: Any, kind: type[T], place: Location) -> T:
 
 
 def _first_wrong(mapping: dict[str, Any], kind: Any) -> str:
-    """Returns the first name in a mapping whose value is no `kind`."""
+    """Returns the first name in a mapping whose value is no `kind`, or does not fit a mapping of type `kind`."""
+    kind = get_args(kind)[1] if get_origin(kind) is dict else kind
     for name, value in mapping.items():
         try:
             msgspec.convert(value, kind)

@@ -83,7 +83,7 @@ class Plan(ReadOnly):
     @cached_property
     def cost_rad(self) -> float:
         """Cost [rad]: the sum of |dq| over arms, joints and steps. A metre of a slide counts as a radian."""
-        return float(sum(np.abs(q[1:] - q[:-1]).sum() for q in self.positions.values()))
+        return float(sum(np.add.reduce(np.abs(q[1:] - q[:-1]), axis=None) for q in self.positions.values()))
 
     def check_complete(self) -> None:
         """Raises `MmpError` for a plan without an arm of its cell.

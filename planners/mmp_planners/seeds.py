@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,9 +10,9 @@ import numpy as np
 
 def sub_seeds(seed: int) -> Iterator[int]:
     """Yields the seeds of restarts."""
-    sequence = np.random.SeedSequence(seed)
-    while True:
-        yield int(sequence.spawn(1)[0].generate_state(1, np.uint64)[0] >> 1)
+    for restart in itertools.count():  # the children of SeedSequence(seed)
+        sequence = np.random.SeedSequence(seed, spawn_key=(restart,))
+        yield int(sequence.generate_state(1, np.uint64)[0]) >> 1
 
 
 def seed_of(*key: int) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import TypeVar
 
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -13,10 +14,11 @@ from mmp_env.wording import counted, in_seconds
 from mmp_planners import Event
 
 _REFRESH_S = 0.1
+_Own = TypeVar("_Own", bound="_Line")
 
 
 class _Line:
-    """A line that disappears when it stops. If `console` is not a terminal, there is none."""
+    """A line that disappears in the end. If `console` is not a terminal, there is none."""
 
     def __init__(self, text: str, console: Console) -> None:
         self._bar: Progress | None = None
@@ -25,54 +27,41 @@ class _Line:
             self._bar = Progress(*columns, console=console, transient=True)
             self._task = self._bar.add_task(text, total=None)
 
-    def start(self) -> None:
+    def __enter__(self: _Own) -> _Own:
         if self._bar:
             self._bar.start()
+        return self
 
-    def stop(self) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._bar:
             self._bar.stop()
 
-    def show(self, text: str) -> None:
+    def _write(self, text: str) -> None:
         if self._bar:
             self._bar.update(self._task, description=text)
 
 
-class ScheduleLine:
+class ScheduleLine(_Line):
     """The line of `mmp run`."""
 
     def __init__(self, planner: str, jobs: int, console: Console) -> None:
         self._begin = f"{printable(planner)}, {counted(jobs, 'job')}"
-        self._line = _Line(f"{self._begin}: first schedule", console)
-
-    def __enter__(self) -> ScheduleLine:
-        self._line.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._line.stop()
+        super().__init__(f"{self._begin}: first schedule", console)
 
     def show(self, makespan_s: float) -> None:
         """Shows the makespan of the shortest schedule so far [s]."""
-        self._line.show(f"{self._begin}: shortest schedule so far {in_seconds(makespan_s)}")
+        self._write(f"{self._begin}: shortest schedule so far {in_seconds(makespan_s)}")
 
 
-class ProgressLine:
+class ProgressLine(_Line):
     """The line of `mmp plan`, a watcher."""
 
     def __init__(self, planner: str, console: Console) -> None:
         self._planner = printable(planner)
-        self._line = _Line(f"{self._planner}: first paths", console)
+        super().__init__(f"{self._planner}: first paths", console)
         self._restart, self._expanded, self._open, self._conflicts, self._tracked = 0, 0, 0, 0, 0
         self._cost_rad: float | None = None
         self._next_s = 0.0
-
-    def __enter__(self) -> ProgressLine:
-        self._line.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._line.stop()
 
     def __call__(self, event: Event) -> None:
         match event:
@@ -88,7 +77,7 @@ class ProgressLine:
         now = time.monotonic()
         if now >= self._next_s:
             self._next_s = now + _REFRESH_S
-            self._line.show(self.text())
+            self._write(self.text())
 
     def text(self) -> str:
         """Returns the text of the line."""

@@ -1,11 +1,11 @@
 """`mmp plan` that Ctrl-C or SIGTERM ends: it keeps what it has, and says what that lacks."""
 
-import importlib
 import os
 import re
 import signal
 
 import pytest
+from support.interrupted_calls import interrupting
 
 from mmp_env.files.plan_file import load_plan
 
@@ -73,19 +73,6 @@ def test_a_signal_after_the_plan_was_written_gives_the_same_sentence(
 def test_ctrl_c_that_the_planner_lost_is_raised_again_at_the_next_event(mmp, stand_ins, instances):
     ran = mmp("plan", instances, "--planner", "deaf", "--json")
     assert (ran.code, ran.result["status"]) == (130, "timeout")
-
-
-def interrupting(monkeypatch, function, times=1):
-    """Lets a function raise SIGINT some times, each time before it does its work."""
-    module, _, name = function.rpartition(".")
-    whole = getattr(importlib.import_module(module), name)
-
-    def interrupted(*args, **kwargs):
-        for _ in range(times):
-            signal.raise_signal(signal.SIGINT)
-        return whole(*args, **kwargs)
-
-    monkeypatch.setattr(function, interrupted)
 
 
 WRITING = (

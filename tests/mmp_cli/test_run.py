@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 import json
-import signal
 
 import pytest
 
 from mmp_cli.main import main
+from tests.support.interrupted_calls import interrupting
 from tests.support.small_jobs import in_a_ring, pose
 
 
@@ -76,19 +75,6 @@ def test_a_margin_that_is_asked_for_is_kept_or_refused(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["margins_proved"]["arms"] >= 0.004
     assert main(["run", str(tmp_path / "jobs.json"), "--margin", "0.5"]) == 2
     assert "the largest margin that would do" in capsys.readouterr().err
-
-
-def interrupting(monkeypatch, function, times=1):
-    """Lets a function raise SIGINT some times, each time before it does its work."""
-    module, _, name = function.rpartition(".")
-    whole = getattr(importlib.import_module(module), name)
-
-    def interrupted(*args, **kwargs):
-        for _ in range(times):
-            signal.raise_signal(signal.SIGINT)
-        return whole(*args, **kwargs)
-
-    monkeypatch.setattr(function, interrupted)
 
 
 @pytest.fixture

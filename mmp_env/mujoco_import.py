@@ -46,16 +46,17 @@ def without_report(*, beside_threads: bool) -> Iterator[None]:
     Args:
         beside_threads: whether to do so while other threads run; what they write to standard error meanwhile is lost.
     """
-    kept = None
-    with contextlib.suppress(OSError):  # there may be no standard error
-        kept = os.dup(2) if beside_threads or threading.active_count() == 1 else None
-    if kept is None:
-        yield
-        return
-    try:
-        with open(os.devnull, "wb") as nowhere:
-            os.dup2(nowhere.fileno(), 2)
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+    with _LOG:
+        kept = None
+        with contextlib.suppress(OSError):  # there may be no standard error
+            kept = os.dup(2) if beside_threads or threading.active_count() == 1 else None
+        if kept is None:
+            yield
+            return
+        try:
+            with open(os.devnull, "wb") as nowhere:
+                os.dup2(nowhere.fileno(), 2)
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)

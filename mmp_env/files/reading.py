@@ -192,8 +192,8 @@ def decode(data: Any, kind: type[T], place: Location) -> T:
 
 
 def _first_wrong(mapping: dict[str, Any], kind: Any) -> str:
-    """Returns the first name in a mapping whose value is no `kind`, or does not fit a mapping of type `kind`."""
-    kind = get_args(kind)[1] if get_origin(kind) is dict else kind
+    """Returns the first name in a mapping whose value is no `kind`, or does not fit a mapping that `kind` allows."""
+    kind = next((get_args(one)[1] for one in (kind, *get_args(kind)) if get_origin(one) is dict), kind)
     for name, value in mapping.items():
         try:
             msgspec.convert(value, kind)

@@ -61,6 +61,7 @@ class Cell:
         for attribute, kind in (("arms", Arm), ("obstacles", Obstacle)):
             for each in given(attribute, getattr(self, attribute), Sequence, "a tuple or list"):
                 given(f"one of the {attribute}", each, kind, f"an {kind.__name__}")
+            object.__setattr__(self, attribute, tuple(getattr(self, attribute)))
         for name in (self.name, *self.arm_names, *(obstacle.name for obstacle in self.obstacles)):
             if not is_name(name):
                 raise MmpError(f"a cell, or something in it, is named {reprlib.repr(name)}; a name must be {NAMES}")
@@ -122,7 +123,7 @@ class Cell:
 
     def __getstate__(self) -> dict[str, object]:
         # A copy, or a cell in another process, builds its compiled queries itself.
-        return {key: value for key, value in vars(self).items() if key not in ("collision", "_alone")}
+        return {key: value for key, value in vars(self).items() if key not in ("collision", "_alone", "joint_limits")}
 
     @cached_property
     def collision(self) -> CollisionModel:

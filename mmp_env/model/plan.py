@@ -36,7 +36,7 @@ class Plan(ReadOnly):
         max_jerk: arm name -> [dof] [rad/s^3], limits of a retimed plan.
 
     Raises:
-        MmpError: if one that maps arm names to arrays is no mapping.
+        MmpError: if an attribute that maps arm names to arrays is no mapping.
     """
 
     problem: Problem

@@ -23,7 +23,7 @@ from mmp_env.view.rerun import (
     tree_graph,
 )
 from mmp_env.view.rerun.colors import BACKGROUND
-from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sdk import entity_part, require
 
 SEARCH, REPULSION, PLAN = "Search", "Repulsion", "Plan"
 """Names of the tabs."""
@@ -192,11 +192,13 @@ def _plan_tab(cell: Cell, model: Any) -> Any:
     per_arm = [
         rrb.Horizontal(
             rrb.TimeSeriesView(
-                origin=f"{joints.JOINTS}/{arm}/{joints.POSITION}",
+                origin=f"{joints.JOINTS}/{entity_part(arm)}/{joints.POSITION}",
                 name=f"{arm}: position / limit",
                 plot_legend=rrb.PlotLegend(visible=False),
             ),
-            rrb.TimeSeriesView(origin=f"{joints.JOINTS}/{arm}/{joints.VELOCITY}", name=f"{arm}: velocity / limit"),
+            rrb.TimeSeriesView(
+                origin=f"{joints.JOINTS}/{entity_part(arm)}/{joints.VELOCITY}", name=f"{arm}: velocity / limit"
+            ),
             name=arm,
         )
         for arm in cell.arm_names

@@ -11,7 +11,7 @@ from jaxtyping import Int
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun.colors import BEFORE, CHOSEN
 from mmp_env.view.rerun.geoms import CellGeoms
-from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sdk import entity_part, require
 
 CANDIDATES = "/candidates"
 MOST_SHOWN = 8
@@ -47,7 +47,7 @@ def send_candidates(stream: Any, problem: Problem, model: Any) -> None:
             continue
         shown, chosen = shown_candidates(problem, arm)
         for k in shown.tolist():
-            root, q = f"{CANDIDATES}/{arm}/{k}", problem.goals[arm][k]
+            root, q = f"{CANDIDATES}/{entity_part(arm)}/{k}", problem.goals[arm][k]
             state = np.concatenate([q if name == arm else problem.goal[name] for name in problem.cell.arm_names])
             CellGeoms(stream, problem.cell, looks[k == chosen], arm=arm, root=root).log_pose(state)
             if k == chosen:

@@ -16,7 +16,7 @@ from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.blueprint import view_3d
 from mmp_env.view.rerun.colors import CONTACT, curve_colors
 from mmp_env.view.rerun.geoms import CELL, STAGE, CellGeoms, joined
-from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sdk import entity_part, require
 from mmp_env.view.rerun.sphere_clouds import log_radii, send_centers
 
 ROOT = "/episodes"
@@ -40,7 +40,9 @@ class EpisodeLog:
         for arm, color in curve_colors(env.cell).items():
             dof = env.cell.arm(arm).dof
             names = [f"{arm}/joint{k + 1}" for k in range(dof)]
-            stream.log(f"{ACTIONS}/{arm}", rerun.SeriesLines(names=names, colors=[color] * dof), static=True)
+            stream.log(
+                f"{ACTIONS}/{entity_part(arm)}", rerun.SeriesLines(names=names, colors=[color] * dof), static=True
+            )
 
     def begin(self, info: dict[str, Any]) -> None:
         """Adds a reset of the environment."""
@@ -138,7 +140,7 @@ class EpisodeLog:
         parts = np.split(np.array([row["action"] for row in rows]), ends, axis=1)
         for arm, part in zip(self._cell.arm_names, parts, strict=True):
             columns = rerun.Scalars.columns(scalars=part.ravel()).partition([part.shape[1]] * len(part))
-            self._stream.send_columns(f"{ACTIONS}/{arm}", index, columns)
+            self._stream.send_columns(f"{ACTIONS}/{entity_part(arm)}", index, columns)
 
     def _send_contacts(self, contacts: Sequence[tuple[int, Contact]]) -> None:
         """Sends a line of text for each contact, at its step."""

@@ -12,7 +12,7 @@ from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.colors import CONTACT, arm_colors
 from mmp_env.view.rerun.conflict_intervals import ConflictFinder, ConflictInterval, configurations_at
 from mmp_env.view.rerun.node_markdown import node_markdown
-from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sdk import entity_part, require
 from mmp_env.view.rerun.search_record import RecordedNode, SearchRecord
 from mmp_env.view.rerun.sphere_clouds import send_clouds
 
@@ -101,7 +101,7 @@ def _send_paths(stream: Any, index: list[Any], problem: Problem, nodes: Sequence
             if id(path) not in strips:  # children have all paths but one from their parent
                 strips[id(path)] = problem.cell.collision.tool_points(name, path).astype(np.float32)
             rows.append(strips[id(path)])
-        entity = f"{PATHS}/{name}"
+        entity = f"{PATHS}/{entity_part(name)}"
         stream.log(entity, rerun.LineStrips3D.from_fields(colors=[color], radii=[0.004]), static=True)
         stream.send_columns(entity, index, rerun.LineStrips3D.columns(strips=rows))
 

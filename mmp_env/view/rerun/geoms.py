@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from mmp_env.model.cell import Cell
 from mmp_env.model.transforms import matrix_from_quaternion
-from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sdk import entity_part, require
 
 CELL, STAGE = "/cell", "/stage"
 _LAST_GROUP = 2
@@ -161,5 +161,4 @@ def _turned(quaternion: np.ndarray, vector: Any) -> np.ndarray:
 
 
 def _entity(body: str) -> str:
-    """Returns the path of a body's entity: spaces and other characters that rerun takes amiss are escaped."""
-    return "/".join(map(require().escape_entity_path_part, body.split("/")))
+    return "/".join(map(entity_part, body.split("/")))

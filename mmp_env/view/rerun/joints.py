@@ -10,7 +10,7 @@ from jaxtyping import Float
 from mmp_env.model.plan import Plan
 from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.colors import CONTACT, legible
-from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sdk import entity_part, require
 from mmp_env.view.rerun.sphere_clouds import Configurations
 
 JOINTS = "/plan/joints"
@@ -42,7 +42,7 @@ def send_joints(stream: Any, plan: Plan, times: Float[np.ndarray, "t"], q: Confi
             names=[f"joint {k + 1}" for k in range(arm.dof)], colors=[_COLORS[k % 7] for k in range(arm.dof)]
         )
         for what, (instants, share) in shares.items():
-            path = f"{JOINTS}/{arm.name}/{what}"
+            path = f"{JOINTS}/{entity_part(arm.name)}/{what}"
             stream.log(path, look, static=True)
             columns = rerun.Scalars.columns(scalars=share.ravel()).partition([arm.dof] * len(share))
             stream.send_columns(path, [timelines.seconds(instants)], columns)

@@ -9,7 +9,7 @@ import numpy as np
 from mmp_env.model.plan import Plan
 from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.colors import curve_colors
-from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sdk import entity_part, require
 
 MOTION_STATES = "/moving"
 MOVING, WAITING, ARRIVED = "moves", "waits", "has arrived"
@@ -22,7 +22,7 @@ def send_motion_states(stream: Any, plan: Plan) -> None:
     """Sends the state changes of each arm."""
     rerun = require()
     for arm, color in curve_colors(plan.problem.cell).items():
-        path = f"{MOTION_STATES}/{arm}"
+        path = f"{MOTION_STATES}/{entity_part(arm)}"
         stream.log(
             path,
             rerun.StateConfiguration(

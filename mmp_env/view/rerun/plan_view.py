@@ -13,7 +13,7 @@ from mmp_env.view.rerun.colors import CONTACT, arm_colors, curve_colors
 from mmp_env.view.rerun.geoms import CellGeoms, joined
 from mmp_env.view.rerun.joints import send_joints
 from mmp_env.view.rerun.motion_states import send_motion_states
-from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sdk import entity_part, require
 from mmp_env.view.rerun.sphere_clouds import Configurations, send_clouds
 
 FRAMES_PER_S = 25
@@ -47,7 +47,7 @@ def send_paths(stream: Any, root: str, q: Configurations, plan: Plan) -> None:
     rerun, cell = require(), plan.problem.cell
     for name, color in arm_colors(cell).items():
         strip = cell.collision.tool_points(name, q[name])
-        stream.log(f"{root}/{name}", rerun.LineStrips3D([strip], colors=[color], radii=0.004), static=True)
+        stream.log(f"{root}/{entity_part(name)}", rerun.LineStrips3D([strip], colors=[color], radii=0.004), static=True)
 
 
 def _send_clearance(stream: Any, index: list[Any], plan: Plan, q: Configurations) -> None:
@@ -62,9 +62,11 @@ def _send_clearance(stream: Any, index: list[Any], plan: Plan, q: Configurations
     if len(names) > 1:
         for name, color in curve_colors(problem.cell).items():
             stream.log(
-                f"{CLEARANCE}/{name}", rerun.SeriesLines(names=[name], colors=[color], widths=[1.5]), static=True
+                f"{CLEARANCE}/{entity_part(name)}",
+                rerun.SeriesLines(names=[name], colors=[color], widths=[1.5]),
+                static=True,
             )
-            stream.send_columns(f"{CLEARANCE}/{name}", index, rerun.Scalars.columns(scalars=nearest[name]))
+            stream.send_columns(f"{CLEARANCE}/{entity_part(name)}", index, rerun.Scalars.columns(scalars=nearest[name]))
     path = f"{CLEARANCE}/margin"
     stream.log(path, rerun.SeriesLines(names=["margin"], colors=[CONTACT], widths=[1.0]), static=True)
     ends = [timelines.seconds([0.0, plan.makespan_s])]

@@ -128,6 +128,11 @@ class _Pipe:
                     self._error = error
 
 
+def entity_part(name: str) -> str:
+    """Returns a name as a part of an entity's path: spaces and other characters that rerun takes amiss are escaped."""
+    return require().escape_entity_path_part(name)
+
+
 def _viewer() -> str | None:
     """Returns the viewer beside this interpreter; it is not on PATH if the virtual environment is not activated."""
     beside = Path(sys.executable).parent / "rerun"

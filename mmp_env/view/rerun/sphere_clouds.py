@@ -17,7 +17,7 @@ from mmp_env.model.joint_chain import untested_pairs
 from mmp_env.model.margins import Margins
 from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_env.view.rerun.colors import CONTACT, arm_colors
-from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sdk import entity_part, require
 
 Configurations = Mapping[str, Float[np.ndarray, "t dof"]]
 
@@ -32,7 +32,7 @@ def log_radii(stream: Any, root: str, cell: Cell, *, static: bool) -> None:
     """Logs the radii of all spheres, for all times or from the current time of the stream."""
     for arm in cell.arms:
         radii = cell.collision.spheres(arm.name, arm.robot.home[None])[1]
-        stream.log(f"{root}/{arm.name}", require().Points3D.from_fields(radii=radii), static=static)
+        stream.log(f"{root}/{entity_part(arm.name)}", require().Points3D.from_fields(radii=radii), static=static)
 
 
 def send_centers(stream: Any, root: str, index: list[Any], cell: Cell, q: Configurations, margins: Margins) -> None:
@@ -48,7 +48,7 @@ def send_centers(stream: Any, root: str, index: list[Any], cell: Cell, q: Config
         columns = rerun.Points3D.columns(
             positions=centers.reshape(-1, 3).astype(np.float32), colors=contact_colors(colors[name], hit).reshape(-1, 3)
         )
-        stream.send_columns(f"{root}/{name}", index, columns.partition([len(radii)] * len(rows)))
+        stream.send_columns(f"{root}/{entity_part(name)}", index, columns.partition([len(radii)] * len(rows)))
 
 
 def contact_colors(color: UInt8[np.ndarray, "3"], touching: Bool[np.ndarray, "*n"]) -> UInt8[np.ndarray, "*n 3"]:

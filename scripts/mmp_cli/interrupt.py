@@ -37,11 +37,8 @@ class Interruption:
 def stopping_on_interrupt() -> Iterator[Interruption]:
     """Installs a handler: the first Ctrl-C raises `StopPlanning`, the second `KeyboardInterrupt`."""
     interruption = Interruption()
-    before = signal.signal(signal.SIGINT, interruption.handle)
-    try:
+    with _handled_by(interruption.handle):
         yield interruption
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 class Interrupts:
@@ -91,8 +88,14 @@ class Interrupts:
 def interruptible_steps() -> Iterator[Interrupts]:
     """Installs the handler of `Interrupts`."""
     interrupts = Interrupts()
-    before = signal.signal(signal.SIGINT, interrupts.handle)
-    try:
+    with _handled_by(interrupts.handle):
         yield interrupts
+
+
+@contextmanager
+def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
     finally:
         signal.signal(signal.SIGINT, before)

@@ -108,7 +108,7 @@ class Kit:
             yield folder, before
 
     def run(self, command: Command, folder: Path, before: dict[str, bytes], kind: str = "count", at: int = -1) -> Run:
-        """Runs a command in a folder; call number `at` fails in the way `kind`. If that is `closed`, no call fails."""
+        """Runs a command in a folder, and lets call number `at` fail as `kind` says; for `closed`, no call fails."""
         there = {name: path.read_bytes() for name, path in _own_files(folder).items()}
         beside, stale = folder.parent, frozenset(_temporary(folder))
         count = beside / "count"

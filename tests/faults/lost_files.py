@@ -16,7 +16,7 @@ def faults_of_losses(run: Run, good: Run) -> list[str]:
     """Returns which files are lost, and which folder or sentence is wrong, in words.
 
     A folder is replaced in two moves. A process that SIGKILL ended between them leaves the old folder under a temporary
-    name, and so does a process that can move it neither way; that one says where it is.
+    name. A process that can move the folder neither to its name nor back leaves it there too, and says where it is.
     """
     names = [name.rstrip(".") for name in _MOVED.findall(run.err)]
     moved = [run.folder / name for name in names]

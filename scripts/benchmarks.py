@@ -176,6 +176,8 @@ _EACH_CALL = (
     *("rerun", "video"),
 )
 """Commands of `faults.sh` each of whose calls fails once."""
+_SECOND_FUZZING = ("--figure", "fuzz_command_lines_again")
+"""Arguments of the second run of `fuzz.sh`."""
 LINES: dict[str, dict[str, list[list[str]]]] = {
     "small": {name: [[f"bench_{name}.py"]] for name in _SMALL} | {"portfolio": [["bench_portfolio.py", "--limits"]]},
     "beyond": {
@@ -188,7 +190,10 @@ LINES: dict[str, dict[str, list[list[str]]]] = {
         "deadlines": [["bench_deadlines.py", "--most", "10", "--count", "3"]],
         "soak": [["soak.py"]],
         "checker": [["attack_checker.py"]],
-        "fuzz": [["fuzz.sh", "--minutes", "66", "--core-share", "0.03"]],
+        "fuzz": [
+            ["fuzz.sh", "--minutes", "66", "--core-share", "0.03"],
+            ["fuzz.sh", "--minutes", "29", "--core-share", "0.03", "--workers", "1", *_SECOND_FUZZING],
+        ],
         "sanitizers": [["sanitize.sh"]],
         "faults": [
             ["faults.sh", "--most", "3"],

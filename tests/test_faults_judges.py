@@ -11,6 +11,7 @@ import pytest
 from faults import judges, whole_files
 from faults.commands import COMMANDS, Command
 from faults.planted import made_run
+from PIL import Image
 
 
 def test_units_and_files_that_were_reported_and_are_not_there_are_found(tmp_path):
@@ -246,3 +247,47 @@ def test_lost_messages_do_not_change_the_exit_code(kind, tmp_path):
     good = made_run(tmp_path)
     run = replace(good, code=2, err="mmp: a sentence")
     assert judges.faults_of(run, kind, good) == ["exit code 2 instead of 0: mmp: a sentence"]
+
+
+def _recording(path, rows):
+    import rerun
+
+    stream = rerun.RecordingStream("test")
+    stream.save(path)
+    for k in range(rows):
+        stream.log("node", rerun.TextLog(str(k)))
+    stream.disconnect()
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("kind", "code", "rows", "found"),
+    [("memory", 2, 2, False), ("memory", 2, 4, True), ("memory", 0, 2, True), ("error", 2, 2, True)],
+)
+def test_only_the_recording_of_a_search_without_memory_may_be_shorter(kind, code, rows, found, tmp_path):
+    command = Command([], timed=("a.rrd",))
+    left, whole = _recording(tmp_path / "left.rrd", rows), _recording(tmp_path / "good.rrd", 3)
+    faults = _judged(tmp_path, {"a.rrd": left}, {"a.rrd": whole}, kind, command=command, code=code, err="mmp: no")
+    assert bool(faults) == found
+
+
+def _gif(path, frames):
+    first, *others = map(Image.fromarray, frames)
+    first.save(path, save_all=True, append_images=others)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("kind", "brighter", "count", "found"),
+    [
+        ("memory", 1, 3, None),
+        ("memory", 9, 3, "frame 0 differs from that of the good run by 9.0 of 255 on average"),
+        ("memory", 1, 2, "another number of frames than the good run, from frame 2 on"),
+        ("error", 1, 3, "bytes, not the"),
+    ],
+)
+def test_films_drawn_without_memory_may_differ_in_shades_alone(kind, brighter, count, found, tmp_path):
+    frames = np.random.default_rng(1).integers(0, 100, (3, 8, 8), dtype=np.uint8)
+    whole, left = _gif(tmp_path / "good.gif", frames), _gif(tmp_path / "left.gif", frames[:count] + brighter)
+    faults = _judged(tmp_path, {"a.gif": left}, {"a.gif": whole}, kind)
+    assert (not faults) if found is None else found in faults[0]

@@ -13,11 +13,16 @@ inline constexpr double kConverged = 1e-9;  // [m]
 inline constexpr int kMaxIterations = 64;
 }  // namespace gjk
 
+// Returns whether a vector has a direction in spite of rounding.
+inline bool long_enough(const Point& v) { return dot(v, v) > gjk::kConverged * gjk::kConverged; }
+
 struct PosedHull {
   const ConvexHull* hull;
   RigidPose pose;
 
   Point center() const { return pose.apply(hull->center); }
+  // Returns the ends of the axis of the capsule that contains the hull.
+  Segment axis() const { return {pose.apply(hull->axis.from), pose.apply(hull->axis.to)}; }
   // Returns the farthest point along a direction, relative to the origin of the hull's frame.
   Point support(const Point& d) const { return pose.turn(hull->support(pose.turn_back(d))); }
 };
@@ -146,7 +151,7 @@ inline ConvexDistance distance_from_origin(const Support& support, Point directi
   ConvexDistance out{kNone, std::numeric_limits<double>::infinity()};
   gjk::Simplex simplex;
   Point& closest = out.between;
-  closest = dot(direction, direction) > 0 ? direction : Point{1, 0, 0};
+  closest = long_enough(direction) ? direction : Point{1, 0, 0};
   for (int k = 0; k < gjk::kMaxIterations; ++k) {
     const double length = std::sqrt(dot(closest, closest));
     if (!(length > gjk::kConverged)) return {kNone, 0};
@@ -162,11 +167,48 @@ inline ConvexDistance distance_from_origin(const Support& support, Point directi
   return out;
 }
 
+// Returns the shortest vector from a point of segment `b` to a point of segment `a`, up to rounding (Ericson, Real-Time
+// Collision Detection, 5.1.9).
+inline Point between_segments(const Segment& a, const Segment& b) {
+  const auto part = [](double along, double length2) {
+    return length2 > 0 ? std::min(std::max(along / length2, 0.0), 1.0) : 0.0;
+  };
+  const Point u = a.to - a.from, v = b.to - b.from, r = a.from - b.from;
+  const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), ur = dot(u, r), vr = dot(v, r);
+  const double t = part(vr + part(uv * vr - ur * vv, uu * vv - uv * uv) * uv, vv);
+  return r + u * part(t * uv - ur, uu) - v * t;
+}
+
+// Returns the gap between the capsules around two hulls along a direction from the second to the first: a lower bound
+// of the distance of the hulls [m].
+inline double capsule_gap(const PosedHull& a, const PosedHull& b, const Point& direction) {
+  if (!long_enough(direction)) return -std::numeric_limits<double>::infinity();
+  const Segment p = a.axis(), q = b.axis();
+  const double from = std::min(dot(direction, p.from - q.from), dot(direction, p.from - q.to));
+  const double to = std::min(dot(direction, p.to - q.from), dot(direction, p.to - q.to));
+  return std::min(from, to) / std::sqrt(dot(direction, direction)) - (a.hull->capsule + b.hull->capsule) -
+         kHullRounding;
+}
+
+// Returns the gap between two hulls along a direction from the second to the first: a lower bound of their distance
+// [m].
+inline double hull_gap(const PosedHull& a, const PosedHull& b, const Point& direction) {
+  if (!long_enough(direction)) return -std::numeric_limits<double>::infinity();
+  const Point w = a.pose.origin() - b.pose.origin() + (a.support(direction * -1.0) - b.support(direction));
+  return dot(direction, w) / std::sqrt(dot(direction, direction)) - (a.hull->radius + b.hull->radius) - kHullRounding;
+}
+
 // Returns bounds of the distance between two hulls.
+//
+// The search begins along the shortest vector between the axes of the capsules around the hulls. The hulls of most
+// links are long, so it nearly separates them.
 inline ConvexDistance convex_distance(const PosedHull& a, const PosedHull& b, const Limits& limits) {
+  const Point direction = between_segments(a.axis(), b.axis());
+  const double gap = capsule_gap(a, b, direction);
+  if (gap >= limits.wide) return {gap, std::numeric_limits<double>::infinity(), direction};
   const Point offset = a.pose.origin() - b.pose.origin();
-  return distance_from_origin([&](const Point& d) { return offset + (a.support(d) - b.support(d * -1.0)); },
-                              a.center() - b.center(), a.hull->radius + b.hull->radius, limits);
+  return distance_from_origin([&](const Point& d) { return offset + (a.support(d) - b.support(d * -1.0)); }, direction,
+                              a.hull->radius + b.hull->radius, limits);
 }
 
 // Returns bounds of the least distance between two hulls whose points move straight from the first to the second pose.
@@ -174,14 +216,21 @@ inline ConvexDistance convex_distance(const PosedHull& a, const PosedHull& b, co
 // Along a direction that separates the hulls at both ends, the gap is concave in time: it is smallest at an end.
 inline ConvexDistance swept_distance(const PosedHull& a0, const PosedHull& a1, const PosedHull& b0, const PosedHull& b1,
                                      const Limits& limits) {
+  const auto halfway = [](const Segment& one, const Segment& other) {
+    return Segment{(one.from + other.from) * 0.5, (one.to + other.to) * 0.5};
+  };
+  const Point direction = between_segments(halfway(a0.axis(), a1.axis()), halfway(b0.axis(), b1.axis()));
+  const double gap = std::min(capsule_gap(a0, b0, direction), capsule_gap(a1, b1, direction));
+  if (gap >= limits.wide) return {gap, std::numeric_limits<double>::infinity(), direction};
   const Point offset0 = a0.pose.origin() - b0.pose.origin(), offset1 = a1.pose.origin() - b1.pose.origin();
+  const bool a_stands = a0.pose == a1.pose, b_stands = b0.pose == b1.pose;
   const auto support = [&](const Point& d) {
-    const Point back = d * -1.0;
-    const Point first = offset0 + (a0.support(d) - b0.support(back));
-    const Point second = offset1 + (a1.support(d) - b1.support(back));
+    const Point back = d * -1.0, of_a = a0.support(d), of_b = b0.support(back);
+    const Point first = offset0 + (of_a - of_b);
+    const Point second = offset1 + ((a_stands ? of_a : a1.support(d)) - (b_stands ? of_b : b1.support(back)));
     return dot(first, d) >= dot(second, d) ? first : second;
   };
-  return distance_from_origin(support, a0.center() - b0.center(), a0.hull->radius + b0.hull->radius, limits);
+  return distance_from_origin(support, direction, a0.hull->radius + b0.hull->radius, limits);
 }
 
 }  // namespace mmp

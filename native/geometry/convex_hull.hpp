@@ -23,12 +23,17 @@ inline Point cross(const Point& a, const Point& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+struct Segment {
+  Point from, to;
+};
+
 // Largest error of a distance of points up to 100 m apart that comes from rounding [m].
 inline constexpr double kHullRounding = 1e-12;
 
 // Rigid transform in double precision.
 struct RigidPose {
   double r[9]{1, 0, 0, 0, 1, 0, 0, 0, 1}, p[3]{};
+  bool operator==(const RigidPose&) const = default;
   Point origin() const { return {p[0], p[1], p[2]}; }
   Point apply(const Point& v) const { return origin() + turn(v); }
   Point turn(const Point& v) const {
@@ -139,6 +144,8 @@ class ConvexHull {
   double radius, disc;  // of the ball and of the disc [m]
   Point center{};       // of a ball that contains the hull
   double bound = 0;     // its radius [m]
+  Segment axis{};       // of a capsule that contains the hull
+  double capsule = 0;   // its radius [m]
 
   ConvexHull(std::vector<Point> vertices, double ball_radius, double disc_radius = 0)
       : radius(ball_radius), disc(disc_radius), vertices_(std::move(vertices)), farthest_(vertices_) {
@@ -150,6 +157,7 @@ class ConvexHull {
     };
     center = {middle(&Point::x), middle(&Point::y), middle(&Point::z)};
     bound = farthest_from(center) + kHullRounding;
+    enclose_in_capsule();
   }
 
   // Returns whether these vertices and this ball give the same hull.
@@ -180,6 +188,33 @@ class ConvexHull {
   }
 
  private:
+  // Sets `axis` and `capsule`. The axis is parallel to the line between two vertices that are far from each other.
+  void enclose_in_capsule() {
+    const auto farthest = [&](const Point& from) {
+      return *std::max_element(vertices_.begin(), vertices_.end(), [&](const Point& a, const Point& b) {
+        return dot(a - from, a - from) < dot(b - from, b - from);
+      });
+    };
+    const Point one = farthest(center), line = farthest(one) - one;
+    const double length = std::sqrt(dot(line, line));
+    const Point d = length > 0 ? line * (1 / length) : Point{1, 0, 0};
+    double low = 0, high = 0, across = 0;
+    for (const Point& vertex : vertices_) {
+      const Point off = vertex - center;
+      const double along = dot(off, d);
+      low = std::min(low, along), high = std::max(high, along);
+      across = std::max(across, std::sqrt(std::max(0.0, dot(off, off) - along * along)));
+    }
+    // Round ends that reach as far as the hull.
+    low = std::min(low + across, 0.0), high = std::max(high - across, 0.0);
+    axis = {center + d * low, center + d * high};
+    for (const Point& vertex : vertices_) {
+      const Point off = vertex - center, from_axis = off - d * std::clamp(dot(off, d), low, high);
+      capsule = std::max(capsule, std::sqrt(dot(from_axis, from_axis)));
+    }
+    capsule += radius + disc + kHullRounding;
+  }
+
   std::vector<Point> vertices_;
   FarthestVertices farthest_;
 };

@@ -82,8 +82,25 @@ inline T protrusion(const ArmModel<T>& a, int la, const ArmModel<T>& b, int lb) 
   return a.links[la].protrusion + b.links[lb].protrusion;
 }
 
+// Direction that separated two bodies an instant before. It often separates them again, and to try it takes less time
+// than to search for one.
+class LastDirection {
+ public:
+  // Returns whether two hulls are at least `limit` apart along the direction. Then the search finds the same.
+  bool separates(const PosedHull& a, const PosedHull& b, double limit) const {
+    return hull_gap(a, b, direction_) >= limit + kSure;
+  }
+  void remember(const Point& direction) { direction_ = direction; }
+
+ private:
+  // More than the search may be wrong by [m], so that results do not depend on the instants that were tested before.
+  static constexpr double kSure = 1e-6;
+  Point direction_{};
+};
+
 // Returns bounds of the distance between two bodies of several hulls.
-inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, const Limits& limits) {
+inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, const Limits& limits,
+                                     LastDirection* last = nullptr) {
   ConvexDistance out{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   for (int i = 0; i < a.count; ++i)
     for (int j = 0; j < b.count; ++j) {
@@ -94,7 +111,12 @@ inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, c
         out.lower = std::min(out.lower, bound);
         continue;
       }
+      if (last && last->separates(one, other, limits.wide)) {
+        out.lower = std::min(out.lower, limits.wide);
+        continue;
+      }
       const auto found = convex_distance(one, other, limits);
+      if (last && found.lower >= limits.wide) last->remember(found.between);
       if (found.upper < out.upper) out.between = found.between;
       out.lower = std::min(out.lower, found.lower);
       out.upper = std::min(out.upper, found.upper);
@@ -105,14 +127,17 @@ inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, c
 
 // Returns whether two bodies whose points move straight from one pose to the next may come closer than `limit`.
 inline bool swept_hulls_near(const PosedHulls& a0, const PosedHulls& a1, const PosedHulls& b0, const PosedHulls& b1,
-                             double limit) {
+                             double limit, LastDirection& last) {
   for (int i = 0; i < a0.count; ++i)
     for (int j = 0; j < b0.count; ++j) {
       const PosedHull one = a0[i], other = b0[j];
       const Point start = one.center() - other.center(), end = a1[i].center() - b1[j].center(), move = end - start;
       const double far = std::sqrt(dot(start, start)) - std::sqrt(dot(move, move));
       if (far - (one.hull->bound + other.hull->bound) - kHullRounding >= limit) continue;
-      if (swept_distance(one, a1[i], other, b1[j], {limit, limit}).lower < limit) return true;
+      if (last.separates(one, other, limit) && last.separates(a1[i], b1[j], limit)) continue;
+      const auto found = swept_distance(one, a1[i], other, b1[j], {limit, limit});
+      if (found.lower < limit) return true;
+      last.remember(found.between);
     }
   return false;
 }
@@ -128,13 +153,14 @@ inline void decide_exactly(const Contacts<V>& by_spheres, const Contacts<V>& sur
   out.undecided |= sure.undecided;
   const unsigned touching = bits<V>(by_spheres.touching & ~out.touching);
   const unsigned undecided = bits<V>(by_spheres.undecided & ~out.undecided & ~out.touching);
+  LastDirection last;
   for (unsigned open = touching | undecided; open; open &= open - 1) {
     const int lane = std::countr_zero(open);
     const double close = std::max(double(margin), 0.0), wide = std::max(double(reach[lane]), 0.0);
     const bool may_touch = touching >> lane & 1u, may_be_undecided = undecided >> lane & 1u;
     const double one = may_touch ? close : wide, other = may_be_undecided ? wide : close;
     const Limits limits{std::min(one, other), std::max(one, other)};
-    const auto d = hulls_distance(body_a(lane), body_b(lane), limits);
+    const auto d = hulls_distance(body_a(lane), body_b(lane), limits, &last);
     if (may_touch && d.lower < close) out.touching[lane] = -1;
     if (may_be_undecided && d.lower < wide) out.undecided[lane] = -1;
   }

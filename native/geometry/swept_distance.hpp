@@ -79,27 +79,34 @@ struct ExactSweptVisitor : SweptVisitor<V, AtA, AtB> {
   MMP_INLINE bool done() const { return !(this->asked & ~sure); }
 };
 
+// Returns the lanes before the first one of `lanes`; all if there is none.
+inline unsigned lanes_before_first(unsigned lanes) { return (lanes & -lanes) - 1; }
+
 // Bodies of two motions at the ends of a step.
 struct StepEnds {
   PosedHulls a0, a1, b0, b1;
 };
 
 // Returns the lanes of `asked` in which the hulls of two links come closer than `far`. `ends(lane)` returns StepEnds.
-// See `links_near` for the others.
+// With `until_first` it may miss lanes after the first of these. See `links_near` for the others.
 template <class V, class AtA, class AtB, class Ends>
 inline unsigned hulls_near(const ArmModel<Scalar<V>>& a, int la, const AtA& at_a, const ArmModel<Scalar<V>>& b, int lb,
-                           const AtB& at_b, const V& far, unsigned asked, const Ends& ends) {
+                           const AtB& at_b, const V& far, unsigned asked, const Ends& ends, bool until_first = false) {
   using M = Motion<V>;
   const auto link = at_b(&M::links, lb);
   const auto radii = a.links[la].bound.r + b.links[lb].bound.r;
   if (!(asked & chords_near(at_a(&M::links, la), link, far + radii))) return 0;
   ExactSweptVisitor<V, AtA, AtB> visitor({at_a, at_b, link, far, asked}, protrusion(a, la, b, lb));
   visit_sphere_pairs(a, la, b, lb, visitor);
-  unsigned out = asked & visitor.sure;
-  for (unsigned open = asked & visitor.lanes & ~visitor.sure; open; open &= open - 1) {
+  unsigned out = asked & visitor.sure, open = asked & visitor.lanes & ~visitor.sure;
+  if (until_first) open &= lanes_before_first(out);
+  LastDirection last;
+  for (; open; open &= open - 1) {
     const int lane = std::countr_zero(open);
     const StepEnds e = ends(lane);
-    if (swept_hulls_near(e.a0, e.a1, e.b0, e.b1, double(far[lane]))) out |= 1u << lane;
+    if (!swept_hulls_near(e.a0, e.a1, e.b0, e.b1, double(far[lane]), last)) continue;
+    out |= 1u << lane;
+    if (until_first) break;
   }
   return out;
 }

@@ -99,24 +99,27 @@ class CoordinationDiagram {
     int count = width<V>;
     if (along != second) count = std::min(count, a_->last - s);
     if (along != first) count = std::min(count, b_->last - t);
-    const unsigned asked = (2u << (count - 1)) - 1;
+    unsigned clear = (2u << (count - 1)) - 1, blocked = 0;  // so far
     using OfA = Side<move != second, along != second>;
     using OfB = Side<move != first, along != first>;
-    unsigned blocked = 0;
     for (size_t n = 0; n < near_links_.size() && !(blocked & 1u); ++n) {
       const auto [i, j] = near_links_[n];
       const V deviation = OfA::deviation(*a_, i, s) + OfB::deviation(*b_, j, t);
       const V far = max(levels_.proof + share_ * deviation, splat<V>(levels_.margin));
-      blocked |=
-          exact(*a_->arm, i, *b_->arm, j)
-              ? hulls_touching<OfA, OfB>(i, s, j, t, far, asked & ~blocked)
-              : links_near<V>(
-                    *a_->arm, i, [&](auto array, int e) { return OfA::chord(*a_, a_->*array, e, s); }, *b_->arm, j,
-                    [&](auto array, int e) { return OfB::chord(*b_, b_->*array, e, t); }, far, asked & ~blocked);
+      if (exact(*a_->arm, i, *b_->arm, j)) {
+        // Hulls are tested one lane at a time, so only up to the first contact: the search seldom goes beyond it.
+        blocked |= hulls_touching<OfA, OfB>(i, s, j, t, far, clear);
+        clear &= lanes_before_first(blocked);
+      } else {
+        blocked |= links_near<V>(
+            *a_->arm, i, [&](auto array, int e) { return OfA::chord(*a_, a_->*array, e, s); }, *b_->arm, j,
+            [&](auto array, int e) { return OfB::chord(*b_, b_->*array, e, t); }, far, clear);
+        clear &= ~blocked;
+      }
       if (blocked & 1u) std::rotate(near_links_.begin(), near_links_.begin() + n, near_links_.begin() + n + 1);
     }
     // A contact at the first state ends the test early: then only the contacts of the other lanes are known.
-    const unsigned known = blocked & 1u ? blocked : asked;
+    const unsigned known = blocked & 1u ? blocked : blocked | clear;
     for (int k = 0; k < count; ++k) {
       if (!(known >> k & 1u)) continue;
       auto& flags = at(along == second ? s : s + k, along == first ? t : t + k);
@@ -133,7 +136,8 @@ class CoordinationDiagram {
         [&](int lane) {
           return StepEnds{OfA::hulls(*a_, i, s, lane, 0), OfA::hulls(*a_, i, s, lane, 1),
                           OfB::hulls(*b_, j, t, lane, 0), OfB::hulls(*b_, j, t, lane, 1)};
-        });
+        },
+        true);
   }
 
   // One arm as a test sees it: moving or standing, at a later step in each lane or at the same one.

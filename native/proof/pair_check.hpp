@@ -160,9 +160,11 @@ class PairCheck {
     const unsigned may_touch = bits<V>(near.touching & ~touching);
     const unsigned open = asked & (may_touch | bits<V>(near.undecided & ~undecided & ~touching));
     const double close = double(margin);
+    LastDirection last;
     for (unsigned left = asked & may_touch; left; left &= left - 1) {
       const int lane = std::countr_zero(left);
-      if (hulls_distance(a.hulls_at(la, ka + lane), b.hulls_at(lb, kb + lane), {close, close}).lower >= close) continue;
+      if (hulls_distance(a.hulls_at(la, ka + lane), b.hulls_at(lb, kb + lane), {close, close}, &last).lower >= close)
+        continue;
       touching[lane] = -1;
       if (ends_early) return;
     }
@@ -170,7 +172,7 @@ class PairCheck {
       const int lane = std::countr_zero(left);
       const auto a0 = a.hulls_at(la, ka + lane), a1 = a.hulls_at(la, ka + lane + 1);
       const auto b0 = b.hulls_at(lb, kb + lane), b1 = b.hulls_at(lb, kb + lane + 1);
-      if (swept_hulls_near(a0, a1, b0, b1, double(slack[lane]))) undecided[lane] = -1;
+      if (swept_hulls_near(a0, a1, b0, b1, double(slack[lane]), last)) undecided[lane] = -1;
     }
   }
 

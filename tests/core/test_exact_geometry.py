@@ -53,9 +53,9 @@ def placed(vertices, x, q):
     return vertices
 
 
-def drawn(rng, count):
-    """Returns `count` points in a flat box."""
-    return rng.uniform(-1, 1, (count, 3)) * [0.3, 0.2, 0.1]
+def drawn(rng, count, size=(0.3, 0.2, 0.1)):
+    """Returns `count` points in a box, a flat one unless half its sides [m] are given."""
+    return rng.uniform(-1, 1, (count, 3)) * size
 
 
 def separated(a, b):
@@ -150,13 +150,14 @@ def test_links_whose_spheres_overlap_pass_each_other_by_their_hulls():
         assert (len(found) == 0) == free
 
 
+@pytest.mark.parametrize("size", [(0.3, 0.2, 0.1), (0.3, 0.02, 0.01), (0.01, 0.3, 0.02)])
 @pytest.mark.parametrize("protrusion", [0.35, UNKNOWN_M])
-def test_conflicts_are_those_of_dense_samples(protrusion):
+def test_conflicts_are_those_of_dense_samples(protrusion, size):
     rng = np.random.default_rng(5)
     margin, steps, fine = 0.01, 12, 50
     conflicts = 0
     for _ in range(60):
-        a, b = drawn(rng, 9), drawn(rng, 9)
+        a, b = drawn(rng, 9, size), drawn(rng, 9, size)
         cell = cell_of((0.0, a, 0.01), (1.3, b, 0.0), protrusion=protrusion)
         ends = rng.uniform(-np.pi, np.pi, (2, 2, 2))
         rows = [np.linspace(*pair, steps) for pair in ends]

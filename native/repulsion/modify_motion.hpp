@@ -39,7 +39,7 @@ class ModifyMotion {
     auto motion = std::make_unique<Motion<V>>(input);
     for (int it = 0; it < settings_.max_iterations && !clock.expired(); ++it) {
       repulsion_.force(*motion, others, forces);
-      step_of(forces, last, dof);
+      step_of(forces, dof);
       const auto possible = [&] {
         return step(arm, exact, forces, last, moved, next) && near_neighbours(next, last, dof, max_step) &&
                static_free(input.arm_index, current, next, last, dof, keep, clock);
@@ -80,9 +80,9 @@ class ModifyMotion {
   }
 
   // Converts forces to joint steps, in place.
-  void step_of(std::vector<T>& f, int last, int dof) {
+  void step_of(std::vector<T>& f, int dof) {
     if (settings_.normalised) {
-      smooth(f, last, dof);
+      smooth(f, dof);
       T largest = 0;
       for (const T x : f) largest = std::max(largest, std::abs(x));
       const T scale = largest > 0 ? T(settings_.normalised_step) / largest : T(0);
@@ -97,7 +97,7 @@ class ModifyMotion {
 
   // Gaussian over time, sigma = 6 steps; the ends stay. The weights exp(-d^2 / 72) are literals: exp() differs in the
   // last bit between C libraries, and plans must not.
-  static void smooth(std::vector<T>& f, int last, int dof) {
+  static void smooth(std::vector<T>& f, int dof) {
     constexpr int radius = 18;
     constexpr T weight[radius + 1] = {T(1),           T(0.986207117), T(0.945959469), T(0.882496903), T(0.800737403),
                                       T(0.706648278), T(0.606530660), T(0.506335617), T(0.411112291), T(0.324652467),
@@ -106,13 +106,16 @@ class ModifyMotion {
     T total = weight[0];
     for (int d = 1; d <= radius; ++d) total += 2 * weight[d];
     const std::vector<T> in = f;
-    for (int k = 1; k < last; ++k)
-      for (int j = 0; j < dof; ++j) {
-        T sum = 0;
-        for (int d = -radius; d <= radius; ++d)
-          if (k + d >= 0 && k + d <= last) sum += weight[std::abs(d)] * in[static_cast<size_t>(k + d) * dof + j];
-        f[static_cast<size_t>(k) * dof + j] = sum / total;
-      }
+    const int size = static_cast<int>(in.size());
+    std::fill(f.begin(), f.end(), T(0));
+    for (int d = -radius; d <= radius; ++d) {  // the inner loop is over all steps and joints: it becomes vectors
+      const T w = weight[std::abs(d)];
+      const int shift = d * dof, end = std::min(size - dof, size - shift);
+      for (int at = std::max(dof, -shift); at < end; ++at) f[at] += w * in[at + shift];
+    }
+    for (int at = dof; at < size - dof; ++at) f[at] /= total;
+    std::copy_n(in.begin(), dof, f.begin());
+    std::copy_n(in.end() - dof, dof, f.end() - dof);
   }
 
   bool near_neighbours(const std::vector<T>& q, int last, int dof, const T* max_step) const {

@@ -260,14 +260,17 @@ def _recording(path, rows):
     return path.read_bytes()
 
 
+SHORT = "mmp: the recording a.rrd ends where the run failed\n"
+
+
 @pytest.mark.parametrize(
-    ("kind", "code", "rows", "found"),
-    [("memory", 2, 2, False), ("memory", 2, 4, True), ("memory", 0, 2, True), ("error", 2, 2, True)],
+    ("code", "rows", "err", "found"),
+    [(2, 2, SHORT, False), (2, 4, SHORT, True), (2, 2, "mmp: no", True), (0, 2, SHORT, True)],
 )
-def test_only_the_recording_of_a_search_without_memory_may_be_shorter(kind, code, rows, found, tmp_path):
+def test_a_recording_may_be_shorter_if_a_sentence_says_so(code, rows, err, found, tmp_path):
     command = Command([], timed=("a.rrd",))
     left, whole = _recording(tmp_path / "left.rrd", rows), _recording(tmp_path / "good.rrd", 3)
-    faults = _judged(tmp_path, {"a.rrd": left}, {"a.rrd": whole}, kind, command=command, code=code, err="mmp: no")
+    faults = _judged(tmp_path, {"a.rrd": left}, {"a.rrd": whole}, command=command, code=code, err=err)
     assert bool(faults) == found
 
 

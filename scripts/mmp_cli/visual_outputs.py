@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mmp_cli.arguments import Parser
+from mmp_cli.output import complain
 from mmp_env.errors import MmpError
 from mmp_env.events import Event, Watcher, wants_iterates
 from mmp_env.files.paths import real_path
@@ -94,9 +95,12 @@ class VisualOutputs:
     def __enter__(self) -> VisualOutputs:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        if self._recording is not None:  # the recording of a run that failed is the most useful one
-            self._recording.close()
+    def __exit__(self, failure: type[BaseException] | None, *_: object) -> None:
+        if self._recording is None:
+            return
+        self._recording.close()  # the recording of a run that failed is the most useful one
+        if failure is not None and _ROWS["rerun"] not in self.rows:
+            complain(f"the recording {self._wanted['rerun']} ends where the run failed")
 
     def finish(self, plan: Plan | None, execution: ExecutionReport | None, *, interrupted: bool) -> None:
         """Writes tree and recording, and picture and film if there is a plan and no interruption.

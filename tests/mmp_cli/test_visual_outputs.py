@@ -9,6 +9,7 @@ import pytest
 from support.refusals import assert_refused
 
 import mmp_cli.visual_outputs
+import mmp_env.check
 from mmp_cli.visual_outputs import CombinedWatcher
 from mmp_env.errors import MmpError
 from mmp_env.events import SearchStarted
@@ -208,6 +209,18 @@ def test_a_recording_of_nothing_is_made_too(mmp, stand_ins, instances, tmp_path)
     ran = mmp("plan", instances, "--planner", "helpless", "--rerun", tmp_path / "s.rrd")
     assert (ran.code, ran.err) == (1, "")
     assert (tmp_path / "s.rrd").read_bytes()[:4] == b"RRF2"
+
+
+def test_a_recording_says_that_it_ends_where_the_run_failed(mmp, stand_ins, instances, tmp_path, monkeypatch):
+    def no_memory(document):
+        raise MemoryError
+
+    monkeypatch.setattr(mmp_env.check, "check_document", no_memory)
+    path = tmp_path / "s.rrd"
+    ran = mmp("plan", instances, "--planner", "straight", "--rerun", path)
+    assert ran.code == 2
+    assert ran.err == f"mmp: the recording {path} ends where the run failed\nmmp: there is not enough memory\n"
+    assert path.read_bytes()[:4] == b"RRF2"
 
 
 def test_an_invalid_instance_leaves_no_file(mmp, stand_ins, instances, tmp_path):

@@ -4,10 +4,21 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import pytest
-from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, Push, emitted, ended, endless, tree
+from support.arms_on_a_line import (
+    CROSSING,
+    LATER,
+    ArmsOnALine,
+    OneConstraint,
+    Push,
+    emitted,
+    ended,
+    endless,
+    path,
+    tree,
+)
 
 from mmp_env import core, draw_problem, find_cell
-from mmp_env.events import NodeExpanded, SearchStarted
+from mmp_env.events import NodeCreated, NodeExpanded, SearchStarted
 from mmp_planners import make
 from mmp_planners.conflict_tree.conflict_choice import EARLIEST, PAD_TREES, ConflictChoice
 from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
@@ -90,6 +101,39 @@ def first_conflicts(started, arms=(endless, endless), **parts):
     """Returns the first conflict that each tree branches on."""
     expanded, _, kind, _ = trees(started=started, arms=arms, budget=250, **parts)
     return [kind.asked[2 * sum(expanded[:k])][0] for k in range(len(expanded))]
+
+
+class PlannedClearOf(ArmsOnALine):
+    """Records the paths that each arm is planned clear of; then arm a has the path `around`, and b has none."""
+
+    around = path(0, 3, 1)
+
+    def low_level(self, arm, constraints, seed, budget=1.0, others=(), experience=None):
+        self.others = [*getattr(self, "others", []), (arm, tuple(others))]
+        if others:
+            return (self.around if arm == 0 else None), 1
+        return super().low_level(arm, constraints, seed, budget, others, experience)
+
+
+def test_after_a_restart_arms_in_conflict_begin_clear_of_the_settled_arms_and_keep_their_bounds():
+    context, roots = PlannedClearOf(endless, endless, lambda count: (5, 6)), []
+
+    def watch(event):
+        if isinstance(event, NodeCreated) and event.parent is None:
+            roots.append(event)
+            context.others.append("root")
+            if len(roots) == 2:
+                raise StopPlanning
+
+    search = tree(context, branching=OneConstraint(), restarts=True, watch=watch)
+    assert not ended(search)
+    first, again = context.others[:3], context.others[context.others.index("root") + 1 :]
+    assert first == [(0, ()), (1, ()), (2, ())]
+    settled = again[-4][1][0]
+    assert again[-4:] == [(0, (settled,)), (1, (settled,)), (1, ()), "root"]
+    assert settled.q[:, 0].tolist() == [5, 6]
+    assert [root.cost_rad for root in roots] == [3, 7]
+    assert [root.lower_bound_rad for root in roots] == [3, 3]
 
 
 def test_without_restarts_there_is_one_tree_however_long_it_takes():

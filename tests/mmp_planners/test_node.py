@@ -121,11 +121,9 @@ def test_cost_bound_and_conflicts_follow_an_update_of_the_paths():
     assert (n.cost, n.lower_bound, n.conflict_count) == (4.0, 4.0, 0)
 
 
-def test_arms_in_no_conflict_keep_their_paths_and_the_bounds_of_the_root():
-    root = node(0, *[(k,) for k in range(5)], bounds=[1.0, 2.0, 3.0, 4.0, 5.0])
-    root.conflicts = {pair: np.array([1.0]) for pair in [(0, 1), (1, 2), (3, 4)]}
+def test_arms_in_no_conflict_keep_their_paths():
     closest = node(1, *[(k + 0.5,) for k in range(5)])
     closest.conflicts = {(0, 4): np.array([1.0])}
-    assert settled_paths(root, closest) == {k: (closest.paths[k], k + 1.0) for k in (1, 2, 3)}
+    assert settled_paths(closest) == {k: closest.paths[k] for k in (1, 2, 3)}
     closest.conflicts = {}
-    assert settled_paths(root, closest) == {k: (closest.paths[k], k + 1.0) for k in range(5)}
+    assert settled_paths(closest) == dict(enumerate(closest.paths))

@@ -125,7 +125,7 @@ class Node:
         return paths, {**kept, **context.conflicts(paths, context.pairs(arm))}
 
 
-def settled_paths(root: Node, node: Node) -> dict[int, tuple[Path, float]]:
-    """Returns the paths of a node, and the bounds of its root, of all arms that are in no conflict of the node."""
+def settled_paths(node: Node) -> dict[int, Path]:
+    """Returns the paths of all arms that are in no conflict of the node."""
     in_conflict = {arm for pair in node.conflicts for arm in pair}
-    return {arm: (path, root.bounds[arm]) for arm, path in enumerate(node.paths) if arm not in in_conflict}
+    return {arm: path for arm, path in enumerate(node.paths) if arm not in in_conflict}

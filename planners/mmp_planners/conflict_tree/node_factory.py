@@ -35,33 +35,37 @@ class NodeFactory:
     emitter: EventEmitter
     seed: int = 0
 
-    def root(self, seed: int, kept: Mapping[int, tuple[Path, float]] = MappingProxyType({})) -> Node | None:
-        """Returns a root with each arm planned alone and no repulsion, or None when an arm finds no path or time is up.
+    def root(
+        self, seed: int, settled: Mapping[int, Path] = MappingProxyType({}), bounds: Sequence[float] = ()
+    ) -> Node | None:
+        """Returns a root without constraints and repulsion, or None when an arm finds no path or time is up.
 
-        Arms in `kept` have their path and bound from there.
+        Without `settled` each arm is planned alone, and the length of its path is its bound. Otherwise the arms in
+        `settled` have these paths, the others are planned clear of them if possible, and all have the given `bounds`
+        [rad], those of a root whose arms were planned alone.
         """
         self.seed = seed
         self.context.reseed(seed)
         paths: list[Path] = []
-        bounds: list[float] = []
         for arm in range(len(self.context.names)):
             if self.context.clock.expired:
                 return None
-            path, bound = kept.get(arm, (None, 0.0))
+            path = settled.get(arm)
+            if path is None and settled:
+                others = tuple(settled.values())
+                path = self._plan(arm, (), seed_of(seed, 0, arm, REPLAN_TRIES), others=others)
             if path is None:
                 path = self._replan(arm, (), (seed, 0, arm), None)
-                if path is None:
-                    return None
-                bound = path.length
+            if path is None:
+                return None
             paths.append(path)
-            bounds.append(bound)
         conflicts = self.context.conflicts(paths, self.context.pairs())
         node = Node(
             id=self.counts.next_node(),
             parent=None,
             paths=tuple(paths),
             constraints=tuple(() for _ in paths),
-            bounds=tuple(bounds),
+            bounds=tuple(bounds) if settled else tuple(path.length for path in paths),
             conflicts=conflicts,
         )
         if self.counts.root_conflicts is None:
@@ -97,12 +101,32 @@ class NodeFactory:
         self, arm: int, constraints: Sequence[core.Constraint], key: tuple[int, int, int], experience: Path | None
     ) -> Path | None:
         """Calls the low level with a growing budget. The seed depends on the node alone, not on what ran before."""
-        known = None if experience is None else experience.q
         for attempt in range(REPLAN_TRIES):
             seed = seed_of(*key, attempt)
-            self.counts.low_level_calls += 1
-            path, iterations = self.context.low_level(arm, constraints, seed, REPLAN_GROWTH**attempt, experience=known)
-            self.emitter.replanned(arm, len(constraints), path is not None, iterations, attempt + 1)
+            path = self._plan(arm, constraints, seed, attempt=attempt, experience=experience)
             if path is not None or self.context.clock.expired:
                 return path
         return None
+
+    def _plan(
+        self,
+        arm: int,
+        constraints: Sequence[core.Constraint],
+        seed: int,
+        *,
+        attempt: int = 0,
+        others: Sequence[Path] = (),
+        experience: Path | None = None,
+    ) -> Path | None:
+        """Calls the low level once."""
+        self.counts.low_level_calls += 1
+        path, iterations = self.context.low_level(
+            arm,
+            constraints,
+            seed,
+            REPLAN_GROWTH**attempt,
+            others=others,
+            experience=None if experience is None else experience.q,
+        )
+        self.emitter.replanned(arm, len(constraints), path is not None, iterations, attempt + 1)
+        return path

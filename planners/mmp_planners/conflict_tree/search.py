@@ -49,7 +49,9 @@ NODE_RELEASE_S = 30e-6
 
 @dataclass(kw_only=True)
 class ConflictTree:
-    """One search. After a restart arms without conflicts keep their paths from the last tree.
+    """One search. After a restart arms without conflicts keep their paths from the last tree, and the others begin with
+    paths that are clear of these, where they find one (independence detection: Standley: Finding optimal solutions to
+    cooperative pathfinding problems, AAAI 2010).
 
     `best` is the cheapest certified solution so far, also after a watcher stops the search.
     """
@@ -105,13 +107,13 @@ class ConflictTree:
 
     def steps(self, seed: int) -> Iterator[None]:
         """Yields after each expansion, until a solution is good enough, the search is exhausted, or time is up."""
-        budget, rootless, kept = float(RESTART_EXPANSIONS), 0, {}
+        budget, rootless, settled, bounds = float(RESTART_EXPANSIONS), 0, {}, ()
         for restart, sub_seed in enumerate(sub_seeds(seed)):
             if self.context.clock.expired:
                 return
             self.emitter.search_started(restart, sub_seed)
             self._tree_number = restart
-            root = self._factory.root(sub_seed, kept)
+            root = self._factory.root(sub_seed, settled, bounds)
             rootless = rootless + 1 if root is None else 0
             if rootless >= (ROOT_TRIES if self.restarts else 1):  # an arm finds no path even alone
                 self.exhausted = not self.context.clock.expired
@@ -120,7 +122,7 @@ class ConflictTree:
                 self.exhausted = self.best is None and not self.context.clock.expired
                 return
             self.failed_trees += 1
-            kept = {} if root is None else settled_paths(root, self._closest or root)
+            settled, bounds = ({}, ()) if root is None else (settled_paths(self._closest or root), root.bounds)
             yield
             self.counts.restarts += 1
             budget *= RESTART_GROWTH

@@ -18,9 +18,10 @@ from mmp_env.model.problem import Problem
 from mmp_planners.goal_combinations import goal_combinations
 from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
-from mmp_planners.portfolio.composite_space import all_joints, fastest_plan, search_levels
+from mmp_planners.portfolio.composite_space import all_joints, search_levels
 from mmp_planners.portfolio.improve import emit_and_shorten
 from mmp_planners.portfolio.run import Run
+from mmp_planners.portfolio.shortcutting import retime_all_joints
 from mmp_planners.portfolio.turns import Turn
 from mmp_planners.portfolio.wait_removal import waits_option
 from mmp_planners.rrt_connect import SETTINGS
@@ -94,7 +95,7 @@ class GroupRrt:
             steps = iterations = 0
             while search.iterations < limit << attempt // 2:
                 path = search.grow(TURN, run.clock)
-                if run.clock.expired or (path is not None and run.offer(fastest_plan(problem, path))):
+                if run.clock.expired or (path is not None and run.offer(retime_all_joints(problem, path))):
                     return
                 # The proof of the path failed, or every arm that is left blocks too many others.
                 if path is not None or search.steps == steps:

@@ -17,9 +17,10 @@ from mmp_env.model.problem import Problem
 from mmp_planners.goal_combinations import goal_combinations
 from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
-from mmp_planners.portfolio.composite_space import all_joints, fastest_plan, search_levels
+from mmp_planners.portfolio.composite_space import all_joints, search_levels
 from mmp_planners.portfolio.improve import emit_and_shorten
 from mmp_planners.portfolio.run import Run
+from mmp_planners.portfolio.shortcutting import retime_all_joints
 from mmp_planners.seeds import sub_seeds
 
 SETTINGS = core.CompositeSettings()
@@ -69,7 +70,7 @@ class RrtConnect:
                 found = False
                 while not (found or run.clock.expired) and search.nodes < self.nodes:
                     path = search.grow(SLICE, run.clock)
-                    found = path is not None and run.offer(fastest_plan(problem, path))
+                    found = path is not None and run.offer(retime_all_joints(problem, path))
                 if found or run.clock.expired:
                     break
                 run.counts.restarts += 1

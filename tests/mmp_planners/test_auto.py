@@ -164,22 +164,22 @@ def test_waits_are_removed_once_before_the_first_round(waits, before, monkeypatc
 @pytest.mark.parametrize(
     ("long_plan", "expected"),
     [
-        (1.0, [(LargeNeighbourhoodSearch, 0.3), (Shortcutting, 0.3), (LargeNeighbourhoodSearch, 0.2)]),
-        (math.inf, [(Shortcutting, 0.2), (LargeNeighbourhoodSearch, 0.2)]),
+        (1.0, [(LargeNeighbourhoodSearch, 4, 0.3), (Shortcutting, 300, 0.3)]),
+        (math.inf, [(Shortcutting, 300, 0.2), (LargeNeighbourhoodSearch, 7, 0.2)]),
     ],
 )
-def test_a_long_first_plan_is_replanned_before_it_is_shortened(long_plan, expected, monkeypatch):
+def test_a_long_first_plan_is_replanned_less_and_before_it_is_shortened(long_plan, expected, monkeypatch):
     rounds = []
 
     def spy(run, *steps, start=None):
-        rounds.append([(type(step.part), pytest.approx(step.part.dt)) for step in steps])
+        rounds.append([(type(step.part), step.part.attempts, pytest.approx(step.part.dt)) for step in steps])
         return improve_plan(run, *steps, start=start)
 
     improve_plan = improve.improve
     monkeypatch.setattr(improve, "improve", spy)
     monkeypatch.setattr(auto, "SETTINGS", replace(auto.SETTINGS, long_plan=long_plan))
-    mmp_planners.make("auto", rounds=2).plan(ring(6, 1), seed=0)
-    assert rounds == [expected, [(Shortcutting, 0.2), (LargeNeighbourhoodSearch, 0.2)]]
+    mmp_planners.make("auto", rounds=2, replan=7).plan(ring(6, 1), seed=0)
+    assert rounds == [expected, [(Shortcutting, 300, 0.2), (LargeNeighbourhoodSearch, 7, 0.2)]]
 
 
 def test_no_time_finds_nothing():

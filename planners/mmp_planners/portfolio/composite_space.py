@@ -9,9 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
-from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
-from mmp_planners.portfolio.shortcutting import retime_all_joints
 
 
 def all_joints(problem: Problem, q: Mapping[str, Float[np.ndarray, "_dof"]]) -> Float[np.ndarray, "all_dof"]:
@@ -25,8 +23,3 @@ def search_levels(problem: Problem) -> dict[str, Any]:
         "samples": problem.levels(SEARCH_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR),
         "edges": problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
     }
-
-
-def fastest_plan(problem: Problem, path: Float[np.ndarray, "n all_dof"]) -> Plan:
-    """Returns a plan along a path, as fast as the velocity limits allow, not certified yet."""
-    return retime_all_joints(problem, path)

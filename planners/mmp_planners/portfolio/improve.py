@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from mmp_env.events import Watcher
@@ -84,8 +85,8 @@ class ImprovementRounds:
 
     If the run removes waits, the first round begins with that: a plan with a shorter makespan has fewer steps, so its
     shortcuts take less time. Each later round begins with path recombination. Shortcuts and LNS then shorten its plan,
-    or the best one. If the first plan is long, an additional LNS comes first. It and the first shortcuts use a coarser
-    grid.
+    or the best one. If the first plan is long, LNS comes before the shortcuts, with half as many attempts; both use a
+    coarser grid then.
 
     Attributes:
         rounds: largest number of rounds.
@@ -136,7 +137,11 @@ class ImprovementRounds:
             if start is not None or failures < settings.failures_before_pause:
                 steps = self._steps(run, number, shortcuts, lns, good_cost)
                 successes = improve(run, *steps, start=start)
-                counts.replanned += sum(successes) - successes[-2]  # `improve` counts the shortcuts
+                counts.replanned += sum(  # `improve` counts the shortcuts
+                    count
+                    for step, count in zip(steps, successes, strict=True)
+                    if isinstance(step.part, LargeNeighbourhoodSearch)
+                )
                 counts.recombined += number > 0 and start is not None and run.best.cost < before
             failures = failures + 1 if run.best.cost > (1 - settings.round_gain) * before else 0
             if run.best.cost < before:
@@ -147,15 +152,15 @@ class ImprovementRounds:
     def _steps(
         self, run: Run, number: int, shortcuts: Shortcutting, lns: LargeNeighbourhoodSearch, good_cost: float
     ) -> tuple[Step, ...]:
-        """Returns the steps of a round. A long first plan gets LNS first; that and its shortcuts use a coarser grid."""
+        """Returns the steps of a round: shortcuts, then LNS; for a long first plan LNS, then shortcuts."""
         shorten = Step(part=shortcuts, seed=seed_of(run.seed, number))
         replan = Step(part=lns, seed=seed_of(run.seed, number, 1), above=good_cost)
         long_cost = self.settings.long_plan * run.problem.cost_lower_bound_rad
         if number > 0 or run.best is None or run.best.cost <= long_cost:
             return shorten, replan
         coarse = self.settings.long_plan_coarsening * self.dt
-        first = Step(part=replace(lns, dt=coarse), seed=seed_of(run.seed, 0, 2))
-        return first, replace(shorten, part=replace(shortcuts, dt=coarse)), replan
+        first = Step(part=replace(lns, attempts=math.ceil(lns.attempts / 2), dt=coarse), seed=seed_of(run.seed, 0, 2))
+        return first, replace(shorten, part=replace(shortcuts, dt=coarse))
 
     def _recombination(self, run: Run, best: Plan, shortcuts: Shortcutting) -> PathRecombination:
         settings = self.settings

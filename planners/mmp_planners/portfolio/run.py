@@ -25,7 +25,7 @@ PROOF_SHARE = 0.1
 """Share of the remaining time that is reserved for certification before the first proof."""
 LEAST_PROOF_SHARE_S = 0.02
 """Least time that this share reserves [s]."""
-PROOFS = 8
+PROOFS = 4
 """Number of longest proofs so far that fit into the reserved time: as shortcuts add corners, proofs take longer."""
 WAIT_REMOVAL_PROOFS = 15
 """Number of longest proofs so far that wait removal may take."""

@@ -6,6 +6,7 @@ import struct
 from dataclasses import replace
 
 import h5py
+import imageio_ffmpeg
 import numpy as np
 import pytest
 from faults import judges, whole_files
@@ -264,33 +265,49 @@ SHORT = "mmp: the recording a.rrd ends where the run failed\n"
 
 
 @pytest.mark.parametrize(
-    ("code", "rows", "err", "found"),
-    [(2, 2, SHORT, False), (2, 4, SHORT, True), (2, 2, "mmp: no", True), (0, 2, SHORT, True)],
+    ("kind", "code", "rows", "err", "found"),
+    [
+        ("memory", 2, 2, SHORT, False),
+        ("memory", 2, 4, SHORT, True),
+        ("memory", 2, 2, "mmp: no", True),
+        ("memory", 0, 2, SHORT, True),
+        ("full", 2, 2, SHORT, True),
+    ],
 )
-def test_a_recording_may_be_shorter_if_a_sentence_says_so(code, rows, err, found, tmp_path):
+def test_a_recording_without_memory_may_be_shorter_if_a_sentence_says_so(kind, code, rows, err, found, tmp_path):
     command = Command([], timed=("a.rrd",))
     left, whole = _recording(tmp_path / "left.rrd", rows), _recording(tmp_path / "good.rrd", 3)
-    faults = _judged(tmp_path, {"a.rrd": left}, {"a.rrd": whole}, command=command, code=code, err=err)
+    faults = _judged(tmp_path, {"a.rrd": left}, {"a.rrd": whole}, kind, command=command, code=code, err=err)
     assert bool(faults) == found
 
 
-def _gif(path, frames):
-    first, *others = map(Image.fromarray, frames)
-    first.save(path, save_all=True, append_images=others)
+def _film(path, frames):
+    if path.suffix == ".gif":
+        first, *others = map(Image.fromarray, frames)
+        first.save(path, save_all=True, append_images=others)
+    else:
+        film = imageio_ffmpeg.write_frames(str(path), frames.shape[2:0:-1], pix_fmt_in="gray")
+        film.send(None)
+        for frame in frames:
+            film.send(frame.tobytes())
+        film.close()
     return path.read_bytes()
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # imageio-ffmpeg closes no pipes
+@pytest.mark.parametrize("suffix", ["gif", "mp4"])
 @pytest.mark.parametrize(
     ("kind", "brighter", "count", "found"),
     [
         ("memory", 1, 3, None),
-        ("memory", 9, 3, "frame 0 differs from that of the good run by 9.0 of 255 on average"),
+        ("memory", 30, 3, "frame 0 differs from that of the good run by "),
         ("memory", 1, 2, "another number of frames than the good run, from frame 2 on"),
         ("error", 1, 3, "bytes, not the"),
     ],
 )
-def test_films_drawn_without_memory_may_differ_in_shades_alone(kind, brighter, count, found, tmp_path):
-    frames = np.random.default_rng(1).integers(0, 100, (3, 8, 8), dtype=np.uint8)
-    whole, left = _gif(tmp_path / "good.gif", frames), _gif(tmp_path / "left.gif", frames[:count] + brighter)
-    faults = _judged(tmp_path, {"a.gif": left}, {"a.gif": whole}, kind)
+def test_films_drawn_without_memory_may_differ_in_shades_alone(kind, brighter, count, found, suffix, tmp_path):
+    frames = np.linspace(60, 120, 3 * 32 * 32).astype(np.uint8).reshape(3, 32, 32)
+    whole = _film(tmp_path / f"good.{suffix}", frames)
+    left = _film(tmp_path / f"left.{suffix}", frames[:count] + np.uint8(brighter))
+    faults = _judged(tmp_path, {f"a.{suffix}": left}, {f"a.{suffix}": whole}, kind)
     assert (not faults) if found is None else found in faults[0]

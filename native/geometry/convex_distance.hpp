@@ -153,8 +153,8 @@ inline ConvexDistance distance_from_origin(const Support& support, Point directi
   Point& closest = out.between;
   closest = long_enough(direction) ? direction : Point{1, 0, 0};
   for (int k = 0; k < gjk::kMaxIterations; ++k) {
+    if (!long_enough(closest)) return {kNone, 0};
     const double length = std::sqrt(dot(closest, closest));
-    if (!(length > gjk::kConverged)) return {kNone, 0};
     const Point w = support(closest * -1.0);
     out.lower = std::max(out.lower, dot(closest, w) / length - kHullRounding - radii);
     if (k > 0) out.upper = std::min(out.upper, length - radii);
@@ -180,7 +180,8 @@ inline Point between_segments(const Segment& a, const Segment& b) {
 }
 
 // Returns the gap between the capsules around two hulls along a direction from the second to the first: a lower bound
-// of the distance of the hulls [m].
+// of the distance of the hulls [m]. With rotations in single precision, which are not exactly orthogonal, a hull may
+// leave its capsule by 1e-7 m.
 inline double capsule_gap(const PosedHull& a, const PosedHull& b, const Point& direction) {
   if (!long_enough(direction)) return -std::numeric_limits<double>::infinity();
   const Segment p = a.axis(), q = b.axis();

@@ -205,7 +205,7 @@ class ConvexHull {
       low = std::min(low, along), high = std::max(high, along);
       across = std::max(across, std::sqrt(std::max(0.0, dot(off, off) - along * along)));
     }
-    // Round ends that reach as far as the hull.
+    // The round ends reach as far as the hull.
     low = std::min(low + across, 0.0), high = std::max(high - across, 0.0);
     axis = {center + d * low, center + d * high};
     for (const Point& vertex : vertices_) {

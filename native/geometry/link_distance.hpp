@@ -82,19 +82,19 @@ inline T protrusion(const ArmModel<T>& a, int la, const ArmModel<T>& b, int lb) 
   return a.links[la].protrusion + b.links[lb].protrusion;
 }
 
-// Direction that separated two bodies an instant before. It often separates them again, and to try it takes less time
-// than to search for one.
+// Direction that separated two bodies in the lane before, which in a motion is the step before. It often separates them
+// again, and to try it takes less time than to search for one.
 class LastDirection {
  public:
   // Returns whether two hulls are at least `limit` apart along the direction. Then the search finds the same.
   bool separates(const PosedHull& a, const PosedHull& b, double limit) const {
-    return hull_gap(a, b, direction_) >= limit + kSure;
+    return hull_gap(a, b, direction_) >= limit + kSearchError;
   }
   void remember(const Point& direction) { direction_ = direction; }
 
  private:
-  // More than the search may be wrong by [m], so that results do not depend on the instants that were tested before.
-  static constexpr double kSure = 1e-6;
+  // More than the search may be wrong by [m], so that results do not depend on the lanes that were tested before.
+  static constexpr double kSearchError = 1e-6;
   Point direction_{};
 };
 

@@ -108,8 +108,9 @@ class CoordinationDiagram {
       const V far = max(levels_.proof + share_ * deviation, splat<V>(levels_.margin));
       if (exact(*a_->arm, i, *b_->arm, j)) {
         // Hulls are tested one lane at a time, so only up to the first contact: the search seldom goes beyond it.
-        blocked |= hulls_touching<OfA, OfB>(i, s, j, t, far, clear);
-        clear &= lanes_before_first(blocked);
+        const unsigned touching = hulls_touching<OfA, OfB>(i, s, j, t, far, clear);
+        blocked |= touching;
+        clear &= lanes_before_first(touching);
       } else {
         blocked |= links_near<V>(
             *a_->arm, i, [&](auto array, int e) { return OfA::chord(*a_, a_->*array, e, s); }, *b_->arm, j,

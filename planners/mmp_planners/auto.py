@@ -48,7 +48,11 @@ class Auto:
     until: float = option(1.003, "cost relative to the straight lines at which the plan is good enough", least=1.0)
     rounds: int = option(40, "largest number of rounds that improve the plan", least=0)
     shorten: int = option(300, "attempts to shorten the plan in each round", least=0)
-    replan: int = option(10, "attempts to replan arms with detours in each round", least=0)
+    replan: int = option(
+        10,
+        "attempts to replan arms with detours in each round; half as many for a long first plan",
+        least=0,
+    )
     waits: str = waits_option()
     dt: float = option(GRID_STEP_S, "length of a step of the time grid [s]", positive=True)
 

@@ -79,6 +79,7 @@ class VisualOutputs:
         self._wanted, self._tree, self._recording = _wanted(args), None, None
         self._moments, self._camera = args.moments, args.camera
         self._is_saved = getattr(args, "out", None) is not None
+        self._is_finished = False
         if "tree" in self._wanted:
             from mmp_env.view.search_tree import SearchTree
 
@@ -96,17 +97,19 @@ class VisualOutputs:
         return self
 
     def __exit__(self, failure: type[BaseException] | None, *_: object) -> None:
-        if self._recording is None:
+        if self._recording is None or self._is_finished:
             return
         self._recording.close()  # the recording of a run that failed is the most useful one
-        if failure is not None and _ROWS["rerun"] not in self.rows:
-            complain(f"the recording {self._wanted['rerun']} ends where the run failed")
+        if failure is not None and self._wanted["rerun"] != SPAWN:
+            ended = "was interrupted" if issubclass(failure, KeyboardInterrupt) else "failed"
+            complain(f"the recording {self._wanted['rerun']} ends where the run {ended}")
 
     def finish(self, plan: Plan | None, execution: ExecutionReport | None, *, interrupted: bool) -> None:
         """Writes tree and recording, and picture and film if there is a plan and no interruption.
 
         Ctrl-C leaves out the outputs that are not written yet; this method raises it again.
         """
+        self._is_finished = True
         try:
             self._make("tree", lambda path: self._draw(plan, path))
             self._make("rerun", lambda path: self._record(plan))

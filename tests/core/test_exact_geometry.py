@@ -54,7 +54,7 @@ def placed(vertices, x, q):
 
 
 def drawn(rng, count, size=(0.3, 0.2, 0.1)):
-    """Returns `count` points in a box, a flat one unless half its sides [m] are given."""
+    """Returns `count` points in a box; `size` has half its sides [m]."""
     return rng.uniform(-1, 1, (count, 3)) * size
 
 

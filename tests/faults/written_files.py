@@ -36,14 +36,14 @@ def _difference(run: Run, kind: str, name: str, good: Path) -> str | None:
     """Returns how a whole file differs from that of the good run, or None.
 
     Commands write the same bytes in each run. Only numbers may differ in a `timed` file, which has times of the run.
-    Without memory, OpenGL may draw a little differently. A recording may end where the run failed, if a sentence says
-    so.
+    Without memory, OpenGL may draw a little differently, and a recording may end where the run failed, if a sentence
+    says so.
     """
     path, timed = run.folder / name, name in run.command.timed
     if timed and path.suffix == ".rrd":
         there, wanted = recorded_rows(path), recorded_rows(good)
         says_so = f"mmp: the recording {name} ends where the run failed\n" in run.err
-        is_whole = there <= wanted if says_so and run.code == 2 else there == wanted
+        is_whole = there <= wanted if kind == "memory" and says_so and run.code == 2 else there == wanted
         return None if is_whole else f"{there.total()} rows, not the {wanted.total()} of the good run"
     content, whole = path.read_bytes(), good.read_bytes()
     if timed:

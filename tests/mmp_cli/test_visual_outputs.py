@@ -223,6 +223,18 @@ def test_a_recording_says_that_it_ends_where_the_run_failed(mmp, stand_ins, inst
     assert path.read_bytes()[:4] == b"RRF2"
 
 
+def test_ctrl_c_before_the_recording_is_written_leaves_it_out(mmp, stand_ins, instances, tmp_path, monkeypatch):
+    def interrupted(self, path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(SearchTree, "save", interrupted)
+    path = tmp_path / "s.rrd"
+    ran = mmp("plan", instances, "--planner", "straight", "--tree", tmp_path / "t.svg", "--rerun", path)
+    assert ran.code == 130
+    assert ran.err == "mmp: interrupted\n"
+    assert os.listdir(tmp_path) == ["pairs.json"]
+
+
 def test_an_invalid_instance_leaves_no_file(mmp, stand_ins, instances, tmp_path):
     ran = mmp("plan", instances, "--instance", "outside", "--tree", tmp_path / "t.svg", "--rerun", tmp_path / "s.rrd")
     assert_refused(ran, "joint 3")

@@ -41,31 +41,32 @@ class NodeFactory:
         """Returns a root without constraints and repulsion, or None when an arm finds no path or time is up.
 
         Without `settled` each arm is planned alone, and the length of its path is its bound. Otherwise the arms in
-        `settled` have these paths, the others are planned clear of them if possible, and all have the given `bounds`
-        [rad], those of a root whose arms were planned alone.
+        `settled` have these paths, the others are planned clear of them if possible, and no bound is above the given
+        `bounds` [rad], those of a root whose arms were planned alone.
         """
         self.seed = seed
         self.context.reseed(seed)
         paths: list[Path] = []
+        others = tuple(settled.values())
         for arm in range(len(self.context.names)):
             if self.context.clock.expired:
                 return None
             path = settled.get(arm)
-            if path is None and settled:
-                others = tuple(settled.values())
+            if path is None and others:
                 path = self._plan(arm, (), seed_of(seed, 0, arm, REPLAN_TRIES), others=others)
-            if path is None:
+            if path is None and not self.context.clock.expired:
                 path = self._replan(arm, (), (seed, 0, arm), None)
             if path is None:
                 return None
             paths.append(path)
         conflicts = self.context.conflicts(paths, self.context.pairs())
+        lengths = tuple(path.length for path in paths)
         node = Node(
             id=self.counts.next_node(),
             parent=None,
             paths=tuple(paths),
             constraints=tuple(() for _ in paths),
-            bounds=tuple(bounds) if settled else tuple(path.length for path in paths),
+            bounds=tuple(map(min, lengths, bounds)) if settled else lengths,
             conflicts=conflicts,
         )
         if self.counts.root_conflicts is None:

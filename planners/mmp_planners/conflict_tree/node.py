@@ -22,10 +22,10 @@ class Node:
     """N: one path T_i per arm, the constraints that the paths satisfy, and the conflicts that are left.
 
     `bounds` holds each arm's lb_i [rad]: the length of its planned path before repulsion, or in a root after a restart
-    that of an earlier path if it is shorter. `kinds` holds the numbers of
-    the constraint kinds from the root to this node. While a branch is `pending`, the node has its constraints and no
-    number; paths, bounds and conflicts are still the parent's. Only `update` changes paths, bounds and conflicts.
-    Children begin with the arms that a fast track has moved in vain (`vain`, and `vain_resort` by its last resort).
+    that of an earlier path if it is shorter. `kinds` holds the numbers of the constraint kinds from the root to this
+    node. While a branch is `pending`, the node has its constraints and no number; paths, bounds and conflicts are still
+    the parent's. Only `update` changes paths, bounds and conflicts. Children begin with the arms that a fast track has
+    moved in vain (`vain`, and `vain_resort` by its last resort).
     """
 
     id: int

@@ -121,6 +121,29 @@ class Problem(ReadOnly):
         """Lower bound of the cost of every plan: sum_i min_q |q - q_start|_1 [rad] over the candidates q of arm i."""
         return float(sum(np.abs(self.goals[a] - self.start[a]).sum(axis=1).min() for a in self.cell.arm_names))
 
+    @cached_property
+    def single_goals(self) -> bool:
+        """Whether every arm has one candidate only."""
+        return all(len(candidates) == 1 for candidates in self.goals.values())
+
+    @cached_property
+    def joint_start(self) -> Float[np.ndarray, "all_dof"]:
+        """Start of the joints of all arms [rad, of slides m], in the order of the arms."""
+        return self._of_joints(self.start)
+
+    @cached_property
+    def joint_goal(self) -> Float[np.ndarray, "all_dof"]:
+        """Goal of the joints of all arms [rad, of slides m], in the order of the arms."""
+        return self._of_joints(self.goal)
+
+    @cached_property
+    def joint_max_velocity(self) -> Float[np.ndarray, "all_dof"]:
+        """Velocity limits of the joints of all arms [rad/s, of slides m/s], in the order of the arms."""
+        return self._of_joints(self.max_velocity)
+
+    def _of_joints(self, of_arm: Mapping[str, Float[np.ndarray, "dof"]]) -> Float[np.ndarray, "all_dof"]:
+        return frozen_array(np.concatenate([of_arm[name] for name in self.cell.arm_names]))
+
     def choosing(self, goal: Mapping[str, Float[np.ndarray, "dof"]]) -> Problem:
         """Returns the same problem with other candidates, arm name -> [dof] [rad], as its `goal`."""
         if all(np.array_equal(goal[name], self.goal[name]) for name in self.cell.arm_names):

@@ -29,7 +29,9 @@ class ReadOnly:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            object.__setattr__(self, name, read_only(value))
+            frozen = read_only(value)
+            if frozen is not value:
+                object.__setattr__(self, name, frozen)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for name, value in state.items():
@@ -50,7 +52,7 @@ def read_only(value: Any) -> Any:
     if isinstance(value, np.ndarray) and value.flags.writeable:
         value = value.view()
         value.flags.writeable = False
-    elif isinstance(value, Mapping) and not isinstance(value, ReadOnlyDict):
+    elif type(value) is dict or (isinstance(value, Mapping) and not isinstance(value, ReadOnlyDict)):
         return ReadOnlyDict({key: read_only(item) for key, item in value.items()})
     elif type(value) is tuple and any(isinstance(item, np.ndarray) for item in value):
         return tuple(map(read_only, value))

@@ -6,8 +6,8 @@ using namespace mmp;
 namespace {
 
 // Lets Python run its signal handlers during a long call, at most every 20 ms.
-void poll_signals(const Clock& clock) {
-  if (!clock.due(std::chrono::milliseconds(20))) return;
+void poll_signals(const Clock& clock, Clock::Steady::time_point now) {
+  if (!clock.due(now, std::chrono::milliseconds(20))) return;
   nb::gil_scoped_acquire gil;
   if (PyErr_CheckSignals() != 0) throw nb::python_error();
 }

@@ -248,6 +248,7 @@ class CompositeSteps {
   // finds most contacts.
   Pose<V>& moving(int a, int batch) {
     auto& arm = arms_[a];
+    if (batch >= static_cast<int>(arm.moving.size())) arm.moving.reserve(batches_);
     for (; arm.posed <= batch; ++arm.posed) {
       if (static_cast<int>(arm.moving.size()) == arm.posed) arm.moving.emplace_back(*arm.model);
       V at, q[kMaxDof];

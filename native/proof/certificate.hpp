@@ -75,6 +75,7 @@ class Certifier {
     Proof out;
     out.clearance = 1e9;
     std::vector<Pose<V>> poses;
+    poses.reserve(arms());
     for (const auto& arm : world_->cell->arms) poses.emplace_back(arm);
     std::vector<Box<T>> boxes(arms());
     std::vector<std::vector<int>> near(arms());

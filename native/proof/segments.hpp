@@ -7,6 +7,7 @@
 // lanes, so the answers do not either.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "geometry/static_world.hpp"
@@ -62,21 +63,20 @@ template <class V, class Test>
 void prove_pieces(std::vector<Piece<Scalar<V>>>& stack, SegmentResult<Scalar<V>>* results, Stop stop,
                   const Clock* clock, const Test& test) {
   using T = Scalar<V>;
-  std::vector<Piece<T>> batch;
+  std::array<Piece<T>, width<V>> batch;
   while (!stack.empty()) {
-    batch.clear();
-    while (!stack.empty() && static_cast<int>(batch.size()) < width<V>) {
+    int count = 0;
+    while (!stack.empty() && count < width<V>) {
       const auto piece = stack.back();
       stack.pop_back();
       // Skips pieces behind a known contact.
-      if (piece.lo < results[piece.segment].contact) batch.push_back(piece);
+      if (piece.lo < results[piece.segment].contact) batch[count++] = piece;
     }
-    if (batch.empty()) break;
+    if (count == 0) break;
     if (clock && clock->expired()) {
-      for (const auto& piece : batch) results[piece.segment].free = false;
+      for (int k = 0; k < count; ++k) results[batch[k].segment].free = false;
       return;
     }
-    const int count = static_cast<int>(batch.size());
     auto found = Contacts<V>::of_first(count);
     test(batch.data(), count, found);
     const unsigned touching = bits<V>(found.touching), undecided = bits<V>(found.undecided);

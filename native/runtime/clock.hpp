@@ -22,8 +22,10 @@ class Clock {
   bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
   bool expired() const {
     if (cancelled()) return true;
-    if (bounded_ && Steady::now() >= end()) return true;
-    if (poll_) poll_(*this);
+    if (!bounded_ && !poll_) return false;
+    const auto now = Steady::now();
+    if (bounded_ && now >= end()) return true;
+    if (poll_) poll_(*this, now);
     return false;
   }
   double remaining() const {
@@ -38,14 +40,14 @@ class Clock {
   }
 
   // Returns true at most once per `interval`, to one of the threads that share the clock.
-  bool due(Steady::duration interval) const {
-    const auto now = Steady::now().time_since_epoch().count();
+  bool due(Steady::time_point time, Steady::duration interval) const {
+    const auto now = time.time_since_epoch().count();
     auto next = next_poll_.load(std::memory_order_relaxed);
     return now >= next && next_poll_.compare_exchange_strong(next, now + interval.count(), std::memory_order_relaxed);
   }
 
   // Set by the binding: handles pending Python signals, and throws their exceptions.
-  using Poll = void (*)(const Clock&);
+  using Poll = void (*)(const Clock&, Steady::time_point now);
   Poll poll_ = nullptr;
 
  private:

@@ -20,7 +20,7 @@ def nearest(candidates: Float[np.ndarray, "n dof"], q: Float[np.ndarray, "dof"])
 
 def ending_at(problem: Problem, positions: Mapping[str, Float[np.ndarray, "k _"]]) -> Problem:
     """Returns the problem with the candidates nearest to the last rows of trajectories, by arm name, as its goal."""
-    if all(len(rows) == 1 for rows in problem.goals.values()):
+    if problem.single_goals:
         return problem
     return problem.choosing({name: nearest(rows, positions[name][-1]) for name, rows in problem.goals.items()})
 

@@ -11,7 +11,6 @@ from jaxtyping import Bool, Float
 
 from mmp_env.model.problem import Problem
 from mmp_planners.goal_choice import few
-from mmp_planners.portfolio.composite_space import all_joints
 
 MOST_COMBINATIONS = 32
 """Largest number of combinations."""
@@ -28,16 +27,15 @@ def goal_combinations(problem: Problem, seed: int) -> Float[np.ndarray, "n all_d
 
     The first one is the goal of the problem, or one that is cheaper. The same seed gives the same combinations.
     """
-    chosen = all_joints(problem, problem.goal)
-    if all(len(rows) == 1 for rows in problem.goals.values()):
+    chosen = problem.joint_goal
+    if problem.single_goals:
         return chosen[None]
     candidates = _Candidates(problem)
     cheapest = candidates.cheapest(int(CHEAPEST_SHARE * MOST_COMBINATIONS))
     drawn = candidates.drawn(MOST_COMBINATIONS - len(cheapest) - 1, np.random.default_rng(seed))
     found = [candidates.joints(choice) for choice in dict.fromkeys([*cheapest, *drawn])]
     rows = np.array(found if any(np.array_equal(q, chosen) for q in found) else [*found, chosen])
-    start = all_joints(problem, problem.start)
-    return np.ascontiguousarray(rows[np.abs(rows - start).sum(axis=1).argsort(kind="stable")])
+    return np.ascontiguousarray(rows[np.abs(rows - problem.joint_start).sum(axis=1).argsort(kind="stable")])
 
 
 class _Candidates:

@@ -18,7 +18,7 @@ from mmp_env.model.problem import Problem
 from mmp_planners.goal_combinations import goal_combinations
 from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
-from mmp_planners.portfolio.composite_space import all_joints, search_levels
+from mmp_planners.portfolio.composite_space import search_levels
 from mmp_planners.portfolio.improve import emit_and_shorten
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import retime_all_joints
@@ -85,7 +85,7 @@ class GroupRrt:
             watch(SearchStarted(elapsed_s=run.elapsed_s, restart=attempt, sub_seed=sub_seed))
             search = core.GroupSearch(
                 problem.cell.collision.core,
-                start=all_joints(problem, problem.start),
+                start=problem.joint_start,
                 goal=goals[attempt % len(goals)],
                 **search_levels(problem),
                 seed=sub_seed,

@@ -71,12 +71,9 @@ def check_steps(problem: Problem, dt: float) -> None:
     A step longer than `LONGEST_STEP_RAD` is an error, too. The path counts as 1 rad at least, because an arm that
     hardly moves may have to avoid another one.
     """
-    if all(len(goals) == 1 for goals in problem.goals.values()):  # all arms at once, in half the time
-        names = problem.cell.arm_names
-        v_max, start = (np.concatenate([of[name] for name in names]) for of in (problem.max_velocity, problem.start))
-        goal = np.concatenate([problem.goals[name][0] for name in names])
-        most = MOST_STEPS * dt
-        if (v_max * dt <= LONGEST_STEP_RAD).all() and (np.maximum(np.abs(goal - start), 1.0) <= most * v_max).all():
+    if problem.single_goals:  # all arms at once, in a third of the time
+        v_max, distance = problem.joint_max_velocity, np.abs(problem.joint_goal - problem.joint_start)
+        if v_max.max() * dt <= LONGEST_STEP_RAD and (np.maximum(distance, 1.0) <= MOST_STEPS * dt * v_max).all():
             return
     for name, v_max in problem.max_velocity.items():
         distance = np.maximum(np.abs(problem.goals[name] - problem.start[name]).max(axis=0), 1.0)

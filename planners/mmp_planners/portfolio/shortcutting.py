@@ -114,11 +114,9 @@ def retime_all_joints(problem: Problem, q: Float[np.ndarray, "k all_dof"]) -> Pl
         q: configurations [rad, of slides m], the arms in the order of the cell.
     """
     # All joints of all arms in one array, which is several times as fast as arm by arm in cells of many arms.
-    problem = ending_at(problem, _of_arms(problem.cell, q[-1:]))
-    start, goal, limits = (
-        np.concatenate([of_arm[name] for name in problem.cell.arm_names])
-        for of_arm in (problem.start, problem.goal, problem.max_velocity)
-    )
+    if not problem.single_goals:
+        problem = ending_at(problem, _of_arms(problem.cell, q[-1:]))
+    start, goal, limits = problem.joint_start, problem.joint_goal, problem.joint_max_velocity
     lower, upper = problem.cell.joint_limits
     q = np.minimum(np.maximum(q, lower), upper)
     if len(q) == 1:

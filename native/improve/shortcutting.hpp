@@ -38,9 +38,9 @@ class Shortcutter {
       motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
       limits_.push_back({std::move(max_step[a])});
       upright_.emplace_back(cell_->arms[a]);
-      others_.emplace_back();
+      tests_.emplace_back();
       for (size_t b = 0; b < rows.size(); ++b)
-        if (b != a && groups[a] == groups[b]) others_[a].push_back(static_cast<int>(b));
+        if (groups[a] == groups[b]) tests_[a].push_back(static_cast<int>(b));
     }
     measure();
   }
@@ -216,21 +216,28 @@ class Shortcutter {
   }
 
   // Replaces the arm's motion from step i on if the rows are clear of all other arms, and `free` says that they are
-  // free alone. The other arms block most candidates, so they are tested first.
+  // free alone.
   template <class Free>
   bool put(int a, int i, const std::vector<T>& rows, const Free& free) {
     const int length = static_cast<int>(rows.size()) / dof(a) - 1;
-    const bool clear = all_windows<V>(length, [&](int n, int from, int steps) {
-      window(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
-      for (auto& b : others_[a]) {
-        if (check_.is_clear(window(a, n), motions_[b], i + from, levels_, clock_)) continue;
-        std::swap(b, others_[a][0]);  // likely to block the next candidate too
-        return false;
-      }
-      return true;
-    });
-    if (!clear || !free()) return false;
-    all_windows<V>(length, [&](int n, int from, int) {
+    int ready = 0;
+    const auto set = [&](int n, int from, int steps) {
+      if (n == ready) window(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps), ++ready;
+    };
+    const auto is_clear_of = [&](int b) {
+      return all_windows<V>(length, [&](int n, int from, int steps) {
+        set(n, from, steps);
+        return check_.is_clear(window(a, n), motions_[b], i + from, levels_, clock_);
+      });
+    };
+    auto& tests = tests_[a];
+    for (auto test = tests.begin(); test != tests.end(); ++test) {
+      if (*test == a ? free() : is_clear_of(*test)) continue;
+      std::rotate(tests.begin(), test, test + 1);  // likely to reject the next candidate too
+      return false;
+    }
+    all_windows<V>(length, [&](int n, int from, int steps) {
+      set(n, from, steps);
       window(a, n).need_all();
       motions_[a].take_over(i + from, window(a, n));
       return true;
@@ -263,7 +270,7 @@ class Shortcutter {
     const bool clear = all_windows<V>(length, [&](int, int from, int steps) {
       for (int a = 0; a < arms(); ++a) {
         window(a, 0).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
-        for (const int b : others_[a])
+        for (const int b : tests_[a])
           if (b < a && !check_.is_clear(window(b, 0), window(a, 0), 0, levels_, clock_)) return false;
       }
       return true;
@@ -292,7 +299,7 @@ class Shortcutter {
   std::vector<std::vector<Config<T>>> goals_;
   std::vector<UprightProjection<V>> upright_;
   std::vector<Motion<V>> motions_;
-  std::vector<std::vector<int>> others_;    // per arm, in test order
+  std::vector<std::vector<int>> tests_;     // per arm, in test order: other arms, and itself for the tests alone
   std::vector<std::vector<double>> along_;  // length from the start to each step [rad]
   std::vector<double> straight_;
   std::vector<std::vector<MotionWindow<V>>> windows_;  // per arm, reused

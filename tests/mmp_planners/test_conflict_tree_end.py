@@ -108,8 +108,12 @@ class PlannedClearOf(ArmsOnALine):
 
     around = path(0, 3, 1)
 
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.others = []
+
     def low_level(self, arm, constraints, seed, budget=1.0, others=(), experience=None):
-        self.others = [*getattr(self, "others", []), (arm, tuple(others))]
+        self.others.append((arm, tuple(others)))
         if others:
             return (self.around if arm == 0 else None), 1
         return super().low_level(arm, constraints, seed, budget, others, experience)

@@ -25,9 +25,10 @@ PROOF_SHARE = 0.1
 """Share of the remaining time that is reserved for certification before the first proof."""
 LEAST_PROOF_SHARE_S = 0.02
 """Least time that this share reserves [s]."""
-PROOFS = 8
-"""Number of longest proofs so far that fit into the reserved time: as shortcuts add corners, proofs take longer.
-With 4, `rrt-connect` returned 20 ms late after 10 s."""
+FIRST_PROOFS, PROOFS = 8, 4
+"""Number of longest proofs so far that fit into the reserved time: as shortcuts add corners, proofs take longer. The
+first number is for a run that has proved one plan only, without shortcuts. With 4, `rrt-connect` returned 20 ms late
+after 10 s."""
 WAIT_REMOVAL_PROOFS = 15
 """Number of longest proofs so far that wait removal may take."""
 WAIT_REMOVAL_SHARE = 0.05
@@ -54,6 +55,7 @@ class Run:
         without_waits: the best solution so far and the same one without waits, if they were removed.
         cut_short: whether an early clock has expired; the statistics then say `deadline_hit`.
         proof_s: duration of the longest certification [s].
+        proofs: number of certified plans.
         began: start of the run by `time.perf_counter()` [s].
         found_s: time from the start to the first solution [s].
     """
@@ -69,6 +71,7 @@ class Run:
     without_waits: tuple[Incumbent, Incumbent] | None = None
     cut_short: bool = False
     proof_s: float = 0.0
+    proofs: int = 0
     began: float = field(default_factory=time.perf_counter)
     found_s: float | None = None
 
@@ -113,6 +116,7 @@ class Run:
         certificate = certify(plan, clock)
         if certificate.valid:
             self.proof_s = max(self.proof_s, time.perf_counter() - before)
+            self.proofs += 1
         return certificate
 
     def offer(self, plan: Plan) -> bool:
@@ -162,7 +166,8 @@ class Run:
         remaining = min(self.clock.remaining, 1e10)
         reserved = max(PROOF_SHARE * remaining, LEAST_PROOF_SHARE_S)
         if self.proof_s > 0:
-            reserved = min(reserved, max(PROOFS * self.proof_s, LEAST_PROOF_S))
+            proofs = FIRST_PROOFS if self.proofs == 1 else PROOFS
+            reserved = min(reserved, max(proofs * self.proof_s, LEAST_PROOF_S))
         if self.removes_waits:
             reserved += min(WAIT_REMOVAL_PROOFS * self.proof_s, WAIT_REMOVAL_SHARE * remaining)
         clock = core.Clock(max(0.0, remaining - reserved))

@@ -80,10 +80,16 @@ class NearArms {
       const int dof = arms[a]->dof;
       Pose<V> pose(*arms[a]);
       pieces.clear();
-      split(pieces, segments, dof, at(a));
+      const auto of_arm = at(a);
+      const auto stands = [&](int s) {
+        const auto [from, to] = of_arm(s);
+        return std::equal(from, from + dof, to);
+      };
+      // Where an arm stands in an interval, one box is enough.
+      split(pieces, segments, dof, of_arm, [&](int s) { return s % length_ == 0 || !stands(s) || !stands(s - 1); });
       for (size_t k = 0; k < pieces.size(); k += width<V>) {
         const int count = static_cast<int>(std::min<size_t>(width<V>, pieces.size() - k));
-        batch.set(&pieces[k], count, dof, at(a));
+        batch.set(&pieces[k], count, dof, of_arm);
         forward(batch.middle, pose);
         sweep.set(pose, batch.middle, batch.half);
         visit_bounds<V>(
@@ -123,7 +129,7 @@ class NearArms {
   }
 
  private:
-  static constexpr int kMostIntervals = 1024;  // bounds the memory of the boxes
+  static constexpr int kMostIntervals = 128;  // more take longer to sweep than they save
 
   int intervals() const { return (segments_ + length_ - 1) / length_; }
 

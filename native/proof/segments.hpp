@@ -106,15 +106,22 @@ T longest_move(std::pair<const T*, const T*> ends, int dof) {
   return longest;
 }
 
-template <class T, class At>
-void split(std::vector<Piece<T>>& stack, int segments, int dof, const At& at) {
+// Pushes the pieces of the segments that are `wanted`, the first one last.
+template <class T, class At, class Wanted>
+void split(std::vector<Piece<T>>& stack, int segments, int dof, const At& at, const Wanted& wanted) {
   for (int s = segments - 1; s >= 0; --s) {
+    if (!wanted(s)) continue;
     const T longest = longest_move(at(s), dof);
     int pieces = static_cast<int>(std::min(std::ceil(longest / kFirstPieceRad<T>), T(kMaxPieces)));
     if (segments == 1) pieces = (pieces + kFirstPieces - 1) / kFirstPieces * kFirstPieces;
     pieces = std::clamp(pieces, 1, kMaxPieces);
     for (int k = pieces - 1; k >= 0; --k) stack.push_back({s, T(k) / T(pieces), T(k + 1) / T(pieces)});
   }
+}
+
+template <class T, class At>
+void split(std::vector<Piece<T>>& stack, int segments, int dof, const At& at) {
+  split(stack, segments, dof, at, [](int) { return true; });
 }
 
 // Proofs about one arm alone and about two arms that move at the same time.

@@ -129,19 +129,19 @@ class Problem(ReadOnly):
     @cached_property
     def joint_start(self) -> Float[np.ndarray, "all_dof"]:
         """Start of the joints of all arms [rad, of slides m], in the order of the arms."""
-        return self._of_joints(self.start)
+        return self._joined(self.start)
 
     @cached_property
     def joint_goal(self) -> Float[np.ndarray, "all_dof"]:
         """Goal of the joints of all arms [rad, of slides m], in the order of the arms."""
-        return self._of_joints(self.goal)
+        return self._joined(self.goal)
 
     @cached_property
     def joint_max_velocity(self) -> Float[np.ndarray, "all_dof"]:
         """Velocity limits of the joints of all arms [rad/s, of slides m/s], in the order of the arms."""
-        return self._of_joints(self.max_velocity)
+        return self._joined(self.max_velocity)
 
-    def _of_joints(self, of_arm: Mapping[str, Float[np.ndarray, "dof"]]) -> Float[np.ndarray, "all_dof"]:
+    def _joined(self, of_arm: Mapping[str, Float[np.ndarray, "dof"]]) -> Float[np.ndarray, "all_dof"]:
         return frozen_array(np.concatenate([of_arm[name] for name in self.cell.arm_names]))
 
     def choosing(self, goal: Mapping[str, Float[np.ndarray, "dof"]]) -> Problem:

@@ -216,13 +216,15 @@ class Shortcutter {
   }
 
   // Replaces the arm's motion from step i on if the rows are clear of all other arms, and `free` says that they are
-  // free alone.
+  // free alone. Most candidates are rejected, so the test that rejected the last one comes first.
   template <class Free>
   bool put(int a, int i, const std::vector<T>& rows, const Free& free) {
     const int length = static_cast<int>(rows.size()) / dof(a) - 1;
     int ready = 0;
     const auto set = [&](int n, int from, int steps) {
-      if (n == ready) window(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps), ++ready;
+      if (n < ready) return;
+      window(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
+      ++ready;
     };
     const auto is_clear_of = [&](int b) {
       return all_windows<V>(length, [&](int n, int from, int steps) {
@@ -233,7 +235,7 @@ class Shortcutter {
     auto& tests = tests_[a];
     for (auto test = tests.begin(); test != tests.end(); ++test) {
       if (*test == a ? free() : is_clear_of(*test)) continue;
-      std::rotate(tests.begin(), test, test + 1);  // likely to reject the next candidate too
+      std::rotate(tests.begin(), test, test + 1);
       return false;
     }
     all_windows<V>(length, [&](int n, int from, int steps) {
@@ -270,7 +272,7 @@ class Shortcutter {
     const bool clear = all_windows<V>(length, [&](int, int from, int steps) {
       for (int a = 0; a < arms(); ++a) {
         window(a, 0).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
-        for (const int b : tests_[a])
+        for (const int b : tests_[a])  // each pair once
           if (b < a && !check_.is_clear(window(b, 0), window(a, 0), 0, levels_, clock_)) return false;
       }
       return true;
@@ -299,7 +301,7 @@ class Shortcutter {
   std::vector<std::vector<Config<T>>> goals_;
   std::vector<UprightProjection<V>> upright_;
   std::vector<Motion<V>> motions_;
-  std::vector<std::vector<int>> tests_;     // per arm, in test order: other arms, and itself for the tests alone
+  std::vector<std::vector<int>> tests_;     // per arm, in test order: arms to be clear of; itself: to be free alone
   std::vector<std::vector<double>> along_;  // length from the start to each step [rad]
   std::vector<double> straight_;
   std::vector<std::vector<MotionWindow<V>>> windows_;  // per arm, reused

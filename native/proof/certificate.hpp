@@ -35,7 +35,7 @@ class Certifier {
   // Proves the required clearance at least, and all but a `share` of what the sampled minimum has beyond it. Clearances
   // are those between arms; `required` shifts the others.
   Proof run(T share, const Clock& clock) {
-    Proof out = sample(clock);
+    Proof out = sample(share, clock);
     const T required = required_.proof;
     if (out.clearance < required) return out;
     T beyond = (T(out.clearance) - required) * (T(1) - share);
@@ -70,21 +70,22 @@ class Certifier {
   }
 
   // Returns the instants that are sampled, in halves of a segment: the given times, and halfway along segments in which
-  // some joint moves far.
-  std::vector<int> instants() const {
+  // some joint moves far. The smaller the `share`, the closer the proof comes to the samples, and the more there are.
+  std::vector<int> instants(T share) const {
+    const T short_move = share * kShort;
     std::vector<int> out;
     for (int s = 0; s < n_; ++s) {
       out.push_back(2 * s);
       T longest = 0;
-      for (int a = 0; a < arms() && s + 1 < n_ && longest <= kShort; ++a)
+      for (int a = 0; a < arms() && s + 1 < n_ && longest <= short_move; ++a)
         longest = std::max(longest, longest_move(segment(a, s), dof(a)));
-      if (longest > kShort) out.push_back(2 * s + 1);
+      if (longest > short_move) out.push_back(2 * s + 1);
     }
     return out;
   }
 
   // Samples the clearance until the clock has expired. Where arms stand, their first sample is enough.
-  Proof sample(const Clock& clock) {
+  Proof sample(T share, const Clock& clock) {
     Proof out;
     out.clearance = 1e9;
     std::vector<Pose<V>> poses;
@@ -94,7 +95,7 @@ class Certifier {
     std::vector<std::vector<int>> near(arms());
     BoxSweep<T> sweep;
     std::vector<bool> stands(arms());
-    const auto halves = instants();
+    const auto halves = instants(share);
     for (size_t h = 0; h < halves.size() && !clock.expired(); h += width<V>) {
       int at[width<V>];
       for (size_t lane = 0; lane < width<V>; ++lane) at[lane] = halves[std::min(h + lane, halves.size() - 1)];
@@ -190,9 +191,9 @@ class Certifier {
     return true;
   }
 
-  // Largest move of a joint in a segment that is sampled at its ends only [rad]: with a reach of 1 m, a point of an arm
-  // is within 0.1 mm of its chord.
-  static constexpr T kShort = T(0.03);
+  // Largest move of a joint in a segment that is sampled at its ends only, for a share of 1 [rad, of slides m]. Samples
+  // only set the target of the proof, and the middle of a short segment seldom lowers it.
+  static constexpr T kShort = T(0.04);
 
   StaticWorld<V>* world_;
   Prover<V> prover_;

@@ -65,8 +65,8 @@ class NearArms {
  public:
   using T = Scalar<V>;
 
-  // `at(a)(s)` returns the ends of segment s of arm a. Stops when the clock has expired; then the boxes are not
-  // complete.
+  // `at(a)(s)` returns the ends of segment s of arm a, which begins where the one before ends. Stops when the clock has
+  // expired; then the boxes are not complete.
   template <class At>
   NearArms(const std::vector<const ArmModel<T>*>& arms, int segments, const At& at, const Clock& clock)
       : arms_(static_cast<int>(arms.size())),
@@ -85,8 +85,8 @@ class NearArms {
         const auto [from, to] = of_arm(s);
         return std::equal(from, from + dof, to);
       };
-      // Where an arm stands in an interval, one box is enough.
-      split(pieces, segments, dof, of_arm, [&](int s) { return s % length_ == 0 || !stands(s) || !stands(s - 1); });
+      // Where an arm stands, it is in the box of the segment before.
+      split(pieces, segments, dof, of_arm, [&](int s) { return s % length_ == 0 || !stands(s); });
       for (size_t k = 0; k < pieces.size(); k += width<V>) {
         const int count = static_cast<int>(std::min<size_t>(width<V>, pieces.size() - k));
         batch.set(&pieces[k], count, dof, of_arm);

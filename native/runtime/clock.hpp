@@ -40,10 +40,11 @@ class Clock {
   }
 
   // Returns true at most once per `interval`, to one of the threads that share the clock.
-  bool due(Steady::time_point time, Steady::duration interval) const {
-    const auto now = time.time_since_epoch().count();
+  bool due(Steady::time_point now, Steady::duration interval) const {
+    const auto ticks = now.time_since_epoch().count();
     auto next = next_poll_.load(std::memory_order_relaxed);
-    return now >= next && next_poll_.compare_exchange_strong(next, now + interval.count(), std::memory_order_relaxed);
+    return ticks >= next &&
+           next_poll_.compare_exchange_strong(next, ticks + interval.count(), std::memory_order_relaxed);
   }
 
   // Set by the binding: handles pending Python signals, and throws their exceptions.

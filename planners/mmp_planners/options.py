@@ -71,7 +71,7 @@ def check_steps(problem: Problem, dt: float) -> None:
     A step longer than `LONGEST_STEP_RAD` is an error, too. The path counts as 1 rad at least, because an arm that
     hardly moves may have to avoid another one.
     """
-    if problem.single_goals:  # all arms at once, in a third of the time
+    if problem.single_goals:  # all arms at once, which takes less time
         v_max, distance = problem.joint_max_velocity, np.abs(problem.joint_goal - problem.joint_start)
         if v_max.max() * dt <= LONGEST_STEP_RAD and (np.maximum(distance, 1.0) <= MOST_STEPS * dt * v_max).all():
             return

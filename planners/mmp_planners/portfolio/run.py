@@ -25,10 +25,11 @@ PROOF_SHARE = 0.1
 """Share of the remaining time that is reserved for certification before the first proof."""
 LEAST_PROOF_SHARE_S = 0.02
 """Least time that this share reserves [s]."""
-FIRST_PROOFS, PROOFS = 8, 4
-"""Number of longest proofs so far that fit into the reserved time: as shortcuts add corners, proofs take longer. The
-first number is for a run that has proved one plan only, without shortcuts. With 4, `rrt-connect` returned 20 ms late
-after 10 s."""
+FIRST_PROOFS = 8
+"""Number of longest proofs that fit into the reserved time after the first proof: shortcuts add corners, and then a
+proof takes longer. With 4, `rrt-connect` returned 20 ms late after 10 s."""
+PROOFS = 4
+"""Number of longest proofs that fit into the reserved time after the second proof."""
 WAIT_REMOVAL_PROOFS = 15
 """Number of longest proofs so far that wait removal may take."""
 WAIT_REMOVAL_SHARE = 0.05

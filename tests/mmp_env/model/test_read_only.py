@@ -38,6 +38,7 @@ def mappings(plan):
 def arrays(plan):
     problem, arm = plan.problem, plan.problem.cell.arms[0]
     yield from (*problem.start.values(), *problem.goal.values(), *problem.max_velocity.values())
+    yield from (problem.joint_start, problem.joint_goal, problem.joint_max_velocity)
     yield from (plan.times, *plan.positions.values(), arm.position, arm.quaternion, arm.robot.lower)
     yield from (spheres.radii for spheres in arm.robot.spheres.values())
 
@@ -76,3 +77,12 @@ def test_a_dict_made_from_a_mapping_can_be_changed():
     for mine in (dict(start), start.copy(), start | {}):
         mine["other"] = np.zeros(1)
     assert "other" not in start
+
+
+def test_a_problem_with_another_start_and_goal_has_other_joints():
+    problem = PLAN.problem
+    before = problem.joint_start, problem.joint_goal
+    swapped = replace(problem, start=problem.goal, goal=problem.start)
+    assert np.array_equal(swapped.joint_start, before[1])
+    assert np.array_equal(swapped.joint_goal, before[0])
+    assert not np.array_equal(*before)

@@ -40,7 +40,10 @@ class Shortcutter {
       upright_.emplace_back(cell_->arms[a]);
       tests_.emplace_back();
       for (size_t b = 0; b < rows.size(); ++b)
-        if (groups[a] == groups[b]) tests_[a].push_back(static_cast<int>(b));
+        if (groups[a] == groups[b]) {
+          tests_[a].push_back(static_cast<int>(b));
+          if (b <= a) tests_together_.push_back({static_cast<int>(b), static_cast<int>(a)});
+        }
     }
     measure();
   }
@@ -215,8 +218,18 @@ class Shortcutter {
     });
   }
 
+  // Returns whether a candidate passes all tests. Most are rejected, so the test that rejects one is the first for the
+  // next.
+  template <class Test, class Passes>
+  static bool pass_all(std::vector<Test>& tests, const Passes& passes) {
+    const auto failed = std::find_if_not(tests.begin(), tests.end(), passes);
+    if (failed == tests.end()) return true;
+    std::rotate(tests.begin(), failed, failed + 1);
+    return false;
+  }
+
   // Replaces the arm's motion from step i on if the rows are clear of all other arms, and `free` says that they are
-  // free alone. Most candidates are rejected, so the test that rejected the last one comes first.
+  // free alone.
   template <class Free>
   bool put(int a, int i, const std::vector<T>& rows, const Free& free) {
     const int length = static_cast<int>(rows.size()) / dof(a) - 1;
@@ -232,12 +245,7 @@ class Shortcutter {
         return check_.is_clear(window(a, n), motions_[b], i + from, levels_, clock_);
       });
     };
-    auto& tests = tests_[a];
-    for (auto test = tests.begin(); test != tests.end(); ++test) {
-      if (*test == a ? free() : is_clear_of(*test)) continue;
-      std::rotate(tests.begin(), test, test + 1);
-      return false;
-    }
+    if (!pass_all(tests_[a], [&](int b) { return b == a ? free() : is_clear_of(b); })) return false;
     all_windows<V>(length, [&](int n, int from, int steps) {
       set(n, from, steps);
       window(a, n).need_all();
@@ -269,17 +277,22 @@ class Shortcutter {
       const T *p = motions_[a].at(i), *q = motions_[a].at(j);
       parts.push_back(drive_rows(p, q, q, dof(a), {length, 0, length}));
     }
-    const bool clear = all_windows<V>(length, [&](int, int from, int steps) {
-      for (int a = 0; a < arms(); ++a) {
-        window(a, 0).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
-        for (const int b : tests_[a])  // each pair once
-          if (b < a && !check_.is_clear(window(b, 0), window(a, 0), 0, levels_, clock_)) return false;
+    std::vector<int> ready(arms(), 0);
+    const auto set = [&](int a, int n, int from, int steps) -> MotionWindow<V>& {
+      if (n == ready[a]) {
+        window(a, n).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
+        ++ready[a];
       }
-      return true;
-    });
-    if (!clear) return false;
-    for (int a = 0; a < arms(); ++a)
-      if (!straight_is_free(a, motions_[a].at(i), motions_[a].at(j))) return false;
+      return window(a, n);
+    };
+    const auto passes = [&](const std::pair<int, int>& test) {
+      const auto [a, b] = test;
+      if (a == b) return straight_is_free(a, motions_[a].at(i), motions_[a].at(j));
+      return all_windows<V>(length, [&](int n, int from, int steps) {
+        return check_.is_clear(set(a, n, from, steps), set(b, n, from, steps), 0, levels_, clock_);
+      });
+    };
+    if (!pass_all(tests_together_, passes)) return false;
     for (int a = 0; a < arms(); ++a) splice(a, i, j, parts[a]);
     measure();
     return true;
@@ -301,7 +314,9 @@ class Shortcutter {
   std::vector<std::vector<Config<T>>> goals_;
   std::vector<UprightProjection<V>> upright_;
   std::vector<Motion<V>> motions_;
-  std::vector<std::vector<int>> tests_;     // per arm, in test order: arms to be clear of; itself: to be free alone
+  // Tests of a candidate of each arm, and of all arms at once: arms to be clear of each other, or one arm alone.
+  std::vector<std::vector<int>> tests_;
+  std::vector<std::pair<int, int>> tests_together_;
   std::vector<std::vector<double>> along_;  // length from the start to each step [rad]
   std::vector<double> straight_;
   std::vector<std::vector<MotionWindow<V>>> windows_;  // per arm, reused

@@ -17,9 +17,9 @@ from mmp_env.model.problem import Problem
 from mmp_planners.goal_combinations import goal_combinations
 from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
-from mmp_planners.portfolio.composite_space import search_levels
 from mmp_planners.portfolio.improve import emit_and_shorten
 from mmp_planners.portfolio.run import Run
+from mmp_planners.portfolio.search_levels import search_levels
 from mmp_planners.portfolio.shortcutting import retime_all_joints
 from mmp_planners.seeds import sub_seeds
 

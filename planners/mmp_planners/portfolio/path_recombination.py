@@ -28,8 +28,8 @@ from mmp_env.model.plan import Plan
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.counts import SingleArmCounts
 from mmp_planners.planning_context import Path, PlanningContext
-from mmp_planners.portfolio.composite_space import search_levels
 from mmp_planners.portfolio.run import Run
+from mmp_planners.portfolio.search_levels import search_levels
 from mmp_planners.portfolio.shortcutting import Shortcutting, divided, on_grid, retime_to_velocity_limits
 from mmp_planners.priority_search import LOW_LEVEL, PARKED_S, PrioritySearch
 from mmp_planners.seeds import quick_seed_of, seed_of

@@ -33,7 +33,7 @@ CELL, CROWD = "ring-8-panda", "line-64"
 LIMITS_S = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 SHORT_S, OFTEN = 0.03, 10
 """Limits up to `SHORT_S` [s] have `OFTEN` times as many runs."""
-MANY = 10**6
+MANY = 10**7
 """Number of attempts, rounds or expansions that no run reaches."""
 ENDLESS_TREE = {"bound": "straight", "patience": MANY}
 """Options of a conflict tree that looks for plans of the length of the straight lines, and never has enough."""

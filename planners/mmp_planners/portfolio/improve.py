@@ -39,7 +39,7 @@ def improve(run: Run, *steps: Step, start: Plan | None = None) -> list[int]:
     plans, successes = [plan], []
     with run.early_clock() as clock:
         for step in steps:
-            wanted = step.part.attempts > 0 and plans[-1].cost_rad > step.above
+            wanted = step.part.attempts > 0 and plans[-1].cost_rad > step.above and not clock.expired
             plan, count = step.part(plans[-1], step.seed, clock) if wanted else (plans[-1], 0)
             plans.append(plan)
             successes.append(count)
@@ -76,7 +76,7 @@ def best_without_waits(run: Run) -> Plan | None:
     if run.best is None or not run.removes_waits:
         return None
     with run.early_clock() as clock:
-        return without_waits(run.best.plan, clock)
+        return None if clock.expired else without_waits(run.best.plan, clock)
 
 
 @dataclass(frozen=True, kw_only=True)

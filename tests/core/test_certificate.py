@@ -1,7 +1,7 @@
 """The certificate of many arms, which looks at arms that come close, against certificates of every two arms."""
 
 from functools import cache
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def with_rests(seed):
 def divided(rows, parts):
     """Returns the same motion with each segment in equal parts."""
     share = np.arange(parts)[:, None] / parts
-    return np.concatenate([*(p + share * (q - p) for p, q in zip(rows[:-1], rows[1:], strict=True)), rows[-1:]])
+    return np.concatenate([*(p + share * (q - p) for p, q in pairwise(rows)), rows[-1:]])
 
 
 @pytest.mark.parametrize(("length", "fractions"), [(0.8, {0.0, 0.5}), (0.02, {0.0})])

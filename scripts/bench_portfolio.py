@@ -103,10 +103,10 @@ def compare(name: str, problems: Sequence[Problem]) -> None:
 def first_plans(planner: Planner, problems: Sequence[Problem]) -> list[float]:
     """Returns the processor time [s] until the first plan of each instance, `TIME_LIMIT_S` without one."""
     out = []
-    problems = ready(dataclasses.replace(problem) for problem in problems)  # without what other planners have computed
-    planner.plan(
-        dataclasses.replace(problems[0]), seed=0, time_limit=TIME_LIMIT_S
-    )  # what the first call of a process loads does not count
+    # Fresh problems, without what other planners have computed.
+    problems = ready(dataclasses.replace(problem) for problem in problems)
+    # What the first call of a process loads does not count.
+    planner.plan(dataclasses.replace(problems[0]), seed=0, time_limit=TIME_LIMIT_S)
     for seed, problem in enumerate(problems):
         begin = time.process_time()
         solved = planner.plan(problem, seed=seed, time_limit=TIME_LIMIT_S).plan is not None

@@ -234,22 +234,16 @@ class Shortcutter {
   bool put(int a, int i, const std::vector<T>& rows, const Free& free) {
     const int length = static_cast<int>(rows.size()) / dof(a) - 1;
     int ready = 0;
-    const auto set = [&](int n, int from, int steps) {
-      if (n < ready) return;
-      window(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
-      ++ready;
-    };
     const auto is_clear_of = [&](int b) {
       return all_windows<V>(length, [&](int n, int from, int steps) {
-        set(n, from, steps);
-        return check_.is_clear(window(a, n), motions_[b], i + from, levels_, clock_);
+        return check_.is_clear(window_of(a, rows, ready, n, from, steps), motions_[b], i + from, levels_, clock_);
       });
     };
     if (!pass_all(tests_[a], [&](int b) { return b == a ? free() : is_clear_of(b); })) return false;
     all_windows<V>(length, [&](int n, int from, int steps) {
-      set(n, from, steps);
-      window(a, n).need_all();
-      motions_[a].take_over(i + from, window(a, n));
+      auto& part = window_of(a, rows, ready, n, from, steps);
+      part.need_all();
+      motions_[a].take_over(i + from, part);
       return true;
     });
     measure(a);
@@ -259,6 +253,17 @@ class Shortcutter {
   MotionWindow<V>& window(int a, int n) {
     while (static_cast<int>(windows_[a].size()) <= n) windows_[a].emplace_back(*cell_, a);
     return windows_[a][n];
+  }
+
+  // Returns window n of a candidate of arm a: `steps` of its rows from step `from` on. The first `ready` windows of the
+  // candidate are set; the others are set when they are first asked for, in their order.
+  MotionWindow<V>& window_of(int a, const std::vector<T>& rows, int& ready, int n, int from, int steps) {
+    auto& out = window(a, n);
+    if (n == ready) {
+      out.set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
+      ++ready;
+    }
+    return out;
   }
 
   // Tries straight lines of all arms at once, in the time of the slowest.
@@ -278,18 +283,14 @@ class Shortcutter {
       parts.push_back(drive_rows(p, q, q, dof(a), {length, 0, length}));
     }
     std::vector<int> ready(arms(), 0);
-    const auto set = [&](int a, int n, int from, int steps) -> MotionWindow<V>& {
-      if (n == ready[a]) {
-        window(a, n).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
-        ++ready[a];
-      }
-      return window(a, n);
+    const auto part = [&](int a, int n, int from, int steps) -> MotionWindow<V>& {
+      return window_of(a, parts[a], ready[a], n, from, steps);
     };
     const auto passes = [&](const std::pair<int, int>& test) {
       const auto [a, b] = test;
       if (a == b) return straight_is_free(a, motions_[a].at(i), motions_[a].at(j));
       return all_windows<V>(length, [&](int n, int from, int steps) {
-        return check_.is_clear(set(a, n, from, steps), set(b, n, from, steps), 0, levels_, clock_);
+        return check_.is_clear(part(a, n, from, steps), part(b, n, from, steps), 0, levels_, clock_);
       });
     };
     if (!pass_all(tests_together_, passes)) return false;
